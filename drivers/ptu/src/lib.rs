@@ -1,0 +1,1 @@
+//! Directed Perception PTU-D46, sans-IO: bytes and instants in, actions out.

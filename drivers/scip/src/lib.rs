@@ -1,0 +1,1 @@
+//! Hokuyo SCIP 2.0, sans-IO: bytes and instants in, actions out.

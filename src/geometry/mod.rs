@@ -1,0 +1,8 @@
+//! Takes coordinates, gives poses, views and rigid registration. Metres, radians, REP-103 axes
+//! (x forward, y left, z up) everywhere.
+
+mod pose;
+mod view;
+
+pub use pose::{Pose, RollPitchYaw};
+pub use view::{NoiseLaw, View};

@@ -1,0 +1,3 @@
+//! The `patrold` program: parse, run, exit code.
+
+fn main() {}

@@ -1,0 +1,74 @@
+//! The words in which a shape is told.
+
+use nalgebra::{Matrix3, Point3};
+
+/// What a novelty may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Class {
+    /// Size (D, D, D).
+    Sphere,
+    /// Size (D, D, L), axis third.
+    Cylinder,
+    /// Size (A, B, 0), A >= B, normal third.
+    Plane,
+    /// The data supports more than one class; the alternatives say which.
+    Ambiguous,
+}
+
+/// How a shape was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Method {
+    /// Method A, section IV.A: random sampling consensus.
+    Ransac,
+    /// Method B, section IV.B: covariance matching.
+    Covariance,
+}
+
+/// A class that the data supports less, or as much.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Alternative {
+    /// The class.
+    pub class: Class,
+    /// Its posterior probability among the classes tried.
+    pub probability: f64,
+}
+
+/// One geometric primitive with its place, attitude and size, in the frame of the points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shape {
+    /// What it is.
+    pub class: Class,
+    /// How it was found.
+    pub method: Method,
+    /// Posterior probability of the class among those tried.
+    pub probability: f64,
+    /// The other classes tried, most probable first.
+    pub alternatives: Vec<Alternative>,
+    /// Centre, metres.
+    pub centre: Point3<f64>,
+    /// Standard deviation of the centre, metres.
+    pub centre_sd_m: [f64; 3],
+    /// Columns are the shape's axes; a right-handed rotation.
+    pub rotation: Matrix3<f64>,
+    /// Full lengths along those axes, metres.
+    pub size_m: [f64; 3],
+    /// Standard deviation of the size, metres.
+    pub size_sd_m: [f64; 3],
+    /// Root mean square distance of its points from its surface, metres.
+    pub residual_m: f64,
+    /// How many points lie on it.
+    pub inliers: usize,
+}
+
+/// Everything retrieved for one novelty.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Retrieval {
+    /// The chosen answer.
+    pub best: Shape,
+    /// Method B's own answer, where it ran.
+    pub covariance: Option<Shape>,
+    /// Method A's own answer, where it ran.
+    pub ransac: Option<Shape>,
+    /// Several primitives with disjoint points, where one does not do (a person); else empty.
+    pub parts: Vec<Shape>,
+}
