@@ -7,5 +7,12 @@
 
 pub mod geometry;
 pub mod mixture;
+pub mod distance;
 pub mod novelty;
 pub mod shape;
+pub mod alarm;
+pub mod patrol;
+pub mod config;
+pub mod store;
+pub mod service;
+pub mod cli;

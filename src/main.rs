@@ -1,3 +1,8 @@
 //! The `patrold` program: parse, run, exit code.
 
-fn main() {}
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    patrold::cli::run(patrold::cli::Cli::parse())
+}

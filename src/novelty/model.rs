@@ -22,6 +22,17 @@ pub enum Verdict {
     NotObserved,
 }
 
+impl Verdict {
+    /// The word that stands in JSON and in the database.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Quiet => "quiet",
+            Self::Changed => "changed",
+            Self::NotObserved => "not_observed",
+        }
+    }
+}
+
 /// One thing that came or went (Pi of Algorithm 1, one connected part of it).
 /// Positions are in the current view's frame.
 #[derive(Debug, Clone, PartialEq)]

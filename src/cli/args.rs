@@ -1,0 +1,42 @@
+//! The command line as a whole, and the way from a command to its exit code.
+
+use super::failure::Outcome;
+use super::{alarms, config, waypoints};
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Guards a building from a patrol robot: sweeps each waypoint in 3D, finds what changed, says its shape, raises alarms.
+#[derive(Debug, Parser)]
+#[command(name = "patrold", version, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Check or show the configuration
+    Config(config::ConfigArgs),
+    /// Waypoints and their reference versions
+    Waypoints(waypoints::WaypointsArgs),
+    /// The alarm log: list, show, ack, export
+    Alarms(alarms::AlarmsArgs),
+}
+
+/// Runs the command; a failure is one line (or one per mistake) on standard error.
+pub fn run(cli: Cli) -> ExitCode {
+    let outcome: Outcome = match &cli.command {
+        Command::Config(args) => config::run(args),
+        Command::Waypoints(args) => waypoints::run(args),
+        Command::Alarms(args) => alarms::run(args),
+    };
+    match outcome {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => {
+            for line in failure.to_string().lines() {
+                eprintln!("patrold: {line}");
+            }
+            failure.code()
+        }
+    }
+}

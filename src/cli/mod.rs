@@ -1,0 +1,13 @@
+//! Takes a command line, gives an exit code: one file per command, nothing but asking the other rooms and
+//! telling people or programs what they said.
+
+mod alarms;
+mod args;
+mod config;
+mod failure;
+mod output;
+mod table;
+mod waypoints;
+mod when;
+
+pub use args::{Cli, run};

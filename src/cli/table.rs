@@ -1,0 +1,18 @@
+//! Tables for people.
+
+use comfy_table::{ContentArrangement, Table, presets};
+
+/// A table with these headings, as wide as the terminal.
+pub fn table(headings: &[&str]) -> Table {
+    let mut table = Table::new();
+    table
+        .load_style(presets::UTF8_HORIZONTAL_ONLY)
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_header(headings);
+    table
+}
+
+/// Metres with two decimals, as `x, y, z`.
+pub fn place(p: [f64; 3]) -> String {
+    format!("{:.2}, {:.2}, {:.2}", p[0], p[1], p[2])
+}

@@ -1,0 +1,360 @@
+//! Every configuration key, once: its name, what it accepts, its default, its unit, when to change it.
+
+use super::value::{Kind, Value};
+use Kind::{Flag, Float, Floats, Integer, OneOf, Sign, Text};
+
+/// One key of the configuration.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// Dotted name, `section.key`.
+    pub name: &'static str,
+    /// What it accepts.
+    pub kind: Kind,
+    /// Its default, as it would stand in the file.
+    pub default: &'static str,
+    /// Its unit, or an empty text.
+    pub unit: &'static str,
+    /// What it does and when to change it.
+    pub about: &'static str,
+}
+
+impl Key {
+    /// The default as a value.
+    pub fn default_value(&self) -> Option<Value> {
+        let parsed = toml::de::DeValue::parse(self.default).ok()?;
+        self.kind.read(parsed.get_ref()).ok()
+    }
+}
+
+const fn key(
+    name: &'static str,
+    kind: Kind,
+    default: &'static str,
+    unit: &'static str,
+    about: &'static str,
+) -> Key {
+    Key {
+        name,
+        kind,
+        default,
+        unit,
+        about,
+    }
+}
+
+const METRES: f64 = 1000.0;
+const TURN: f64 = 360.0;
+
+/// All keys of all sections but `[waypoint.NAME]`, in the order of the shipped file.
+pub const KEYS: &[Key] = &[
+    key(
+        "robot.name",
+        Text,
+        "\"robot\"",
+        "",
+        "Who signs the alarms; give each robot of a site its own.",
+    ),
+    key(
+        "laser.port",
+        Text,
+        "\"/dev/patrold-laser\"",
+        "",
+        "Serial device of the URG-04LX, or tcp:HOST:PORT for an Ethernet sensor. The shipped udev rules make this name.",
+    ),
+    key(
+        "laser.baud",
+        Integer(9600, 750_000),
+        "115200",
+        "bit/s",
+        "Line rate on RS-232; without effect over USB.",
+    ),
+    key(
+        "ptu.port",
+        Text,
+        "\"/dev/patrold-ptu\"",
+        "",
+        "Serial device of the PTU-D46.",
+    ),
+    key(
+        "ptu.baud",
+        Integer(600, 115_200),
+        "9600",
+        "bit/s",
+        "Line rate of the pan-tilt; its power-up value is 9600.",
+    ),
+    key(
+        "ptu.pan_sign",
+        Sign,
+        "1",
+        "",
+        "1 where positive pan counts turn left (seen from above), -1 where they turn right; check it once when commissioning.",
+    ),
+    key(
+        "ptu.tilt_sign",
+        Sign,
+        "1",
+        "",
+        "1 where positive tilt counts turn up, -1 where they turn down; check it once when commissioning.",
+    ),
+    key(
+        "ptu.pan_zero_deg",
+        Float(-TURN, TURN),
+        "0.0",
+        "deg",
+        "Pan of the head at count 0, from calibration.",
+    ),
+    key(
+        "ptu.tilt_zero_deg",
+        Float(-90.0, 90.0),
+        "0.0",
+        "deg",
+        "Tilt of the head at count 0, from calibration.",
+    ),
+    key(
+        "ptu.home_at_start",
+        Flag,
+        "true",
+        "",
+        "Drive to the stops and home when the service connects; the head is open loop, so switch off only on a bench.",
+    ),
+    key(
+        "mount.pan_axis_xyz_m",
+        Floats(3, 3, -METRES, METRES),
+        "[0.0, -0.00955, 0.046774]",
+        "m",
+        "Pan axis in the base's frame.",
+    ),
+    key(
+        "mount.tilt_axis_xyz_m",
+        Floats(3, 3, -METRES, METRES),
+        "[0.0, 0.0, 0.043713]",
+        "m",
+        "Tilt axis in the pan frame.",
+    ),
+    key(
+        "mount.plate_xyz_m",
+        Floats(3, 3, -METRES, METRES),
+        "[0.0, 0.0, 0.039116]",
+        "m",
+        "Mounting plate in the tilt frame.",
+    ),
+    key(
+        "mount.xyz_m",
+        Floats(3, 3, -10.0, 10.0),
+        "[0.0, 0.0, 0.06]",
+        "m",
+        "Optical centre of the laser above the mounting plate: adapter plus height of the scan plane; measure yours.",
+    ),
+    key(
+        "mount.rpy_deg",
+        Floats(3, 3, -TURN, TURN),
+        "[0.0, 0.0, 0.0]",
+        "deg",
+        "Roll, pitch, yaw of the laser on the plate.",
+    ),
+    key(
+        "sweep.mode",
+        OneOf(&["continuous", "step"]),
+        "\"continuous\"",
+        "",
+        "continuous: the head tilts while scans stream; step: it stops for each line (slow, the check on the first).",
+    ),
+    key(
+        "sweep.tilt_from_deg",
+        Float(-90.0, 90.0),
+        "-35.0",
+        "deg",
+        "First tilt of a sweep; negative looks down.",
+    ),
+    key(
+        "sweep.tilt_to_deg",
+        Float(-90.0, 90.0),
+        "25.0",
+        "deg",
+        "Last tilt of a sweep.",
+    ),
+    key(
+        "sweep.speed_deg_s",
+        Float(0.1, 100.0),
+        "5.0",
+        "deg/s",
+        "Tilt speed; at 10 scans a second 5 deg/s gives lines 0.5 deg apart.",
+    ),
+    key(
+        "sweep.step_deg",
+        Float(0.02, 30.0),
+        "1.0",
+        "deg",
+        "Pitch of the lines in step mode.",
+    ),
+    key(
+        "sweep.pans_deg",
+        Floats(1, 16, -TURN, TURN),
+        "[0.0]",
+        "deg",
+        "One sweep at each of these pans, put together as one cloud.",
+    ),
+    key(
+        "sweep.max_missing_lines",
+        Float(0.0, 1.0),
+        "0.05",
+        "share",
+        "Refuse a sweep of which more lines than this are missing.",
+    ),
+    key(
+        "mixture.seed",
+        Integer(0, i64::MAX),
+        "7",
+        "",
+        "Seed of everything random in the engine; same seed, same answer.",
+    ),
+    key(
+        "novelty.engine",
+        OneOf(&["standard", "paper"]),
+        "\"standard\"",
+        "",
+        "standard: patrold's own; paper: the published recipe, for comparison.",
+    ),
+    key(
+        "novelty.u_th_m",
+        Float(1e-9, METRES),
+        "0.0005",
+        "m",
+        "U_th of Eq. 7: an alarm is raised when d_GMM reaches it. Lower finds smaller things, higher is calmer. The knob; override it per waypoint in [waypoint.NAME].",
+    ),
+    key(
+        "novelty.ground",
+        OneOf(&["w2", "euclid", "fm"]),
+        "\"w2\"",
+        "",
+        "Ground distance between Gaussians: Wasserstein-2, distance of the means, or Foerstner-Moonen.",
+    ),
+    key(
+        "novelty.u_th_fm",
+        Float(1e-9, METRES),
+        "0.0005",
+        "",
+        "The threshold where novelty.ground is fm, whose d_GMM has no unit.",
+    ),
+    key(
+        "novelty.max_range_m",
+        Float(0.0, METRES),
+        "0.0",
+        "m",
+        "Ignore points farther than this from the sensor; 0 keeps all.",
+    ),
+    key(
+        "shape.method",
+        OneOf(&["auto", "covariance", "ransac"]),
+        "\"auto\"",
+        "",
+        "How shapes are retrieved: covariance matching, RANSAC, or the better of the two.",
+    ),
+    key(
+        "store.dir",
+        Text,
+        "\"/var/lib/patrold\"",
+        "",
+        "Where the database, references and sweeps live.",
+    ),
+    key(
+        "store.keep_days",
+        Float(0.0, 36_500.0),
+        "30.0",
+        "days",
+        "Sweeps older than this go, unless they are alarm evidence or a reference in use; 0 keeps all.",
+    ),
+    key(
+        "store.keep_gib",
+        Float(0.0, 1e6),
+        "20.0",
+        "GiB",
+        "Oldest sweeps go first above this, with the same exceptions; 0 sets no limit.",
+    ),
+    key(
+        "alarms.same_place_m",
+        Float(0.0, 100.0),
+        "0.5",
+        "m",
+        "A change seen again within this distance belongs to the same alarm.",
+    ),
+    key(
+        "api.socket",
+        Text,
+        "\"/run/patrold/patrold.sock\"",
+        "",
+        "Unix socket through which visit, teach and sweep reach the service.",
+    ),
+    key(
+        "api.socket_mode",
+        Integer(0, 0o777),
+        "0o660",
+        "",
+        "File mode of the socket: who may command the robot.",
+    ),
+    key(
+        "log.level",
+        OneOf(&["error", "warn", "info", "debug", "trace"]),
+        "\"info\"",
+        "",
+        "How much is logged.",
+    ),
+    key(
+        "log.to",
+        OneOf(&["auto", "journald", "stderr"]),
+        "\"auto\"",
+        "",
+        "auto: journald when systemd started the service, else stderr.",
+    ),
+];
+
+/// Keys allowed in `[waypoint.NAME]`; the names stand for `waypoint.NAME.key`.
+pub const WAYPOINT_KEYS: &[Key] = &[
+    key(
+        "u_th_m",
+        Float(1e-9, METRES),
+        "0.0005",
+        "m",
+        "novelty.u_th_m for this waypoint alone.",
+    ),
+    key(
+        "u_th_fm",
+        Float(1e-9, METRES),
+        "0.0005",
+        "",
+        "novelty.u_th_fm for this waypoint alone.",
+    ),
+    key(
+        "pans_deg",
+        Floats(1, 16, -TURN, TURN),
+        "[0.0]",
+        "deg",
+        "sweep.pans_deg for this waypoint alone.",
+    ),
+    key(
+        "map_pose",
+        Floats(3, 3, -1e6, 1e6),
+        "[0.0, 0.0, 0.0]",
+        "m, m, deg",
+        "x, y, yaw of the robot's base on the site's map when it stands here.",
+    ),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::{KEYS, WAYPOINT_KEYS};
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_default_is_accepted_by_its_own_key() {
+        for key in KEYS.iter().chain(WAYPOINT_KEYS) {
+            assert!(key.default_value().is_some(), "{}", key.name);
+        }
+    }
+
+    #[test]
+    fn no_key_stands_twice() {
+        let names: BTreeSet<_> = KEYS.iter().map(|key| key.name).collect();
+        assert_eq!(names.len(), KEYS.len());
+    }
+}

@@ -1,0 +1,475 @@
+//! The configuration as the program reads it: checked, typed, no more names to look up.
+
+use super::check::{Mistake, Problem, waypoint_parts};
+use super::layers::Layers;
+use super::value::Value;
+use crate::distance::Ground;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Everything that is in force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// `[robot]`
+    pub robot: RobotSettings,
+    /// `[laser]`
+    pub laser: LaserSettings,
+    /// `[ptu]`
+    pub ptu: PtuSettings,
+    /// `[mount]`
+    pub mount: MountSettings,
+    /// `[sweep]`
+    pub sweep: SweepSettings,
+    /// `[mixture]`
+    pub mixture: MixtureSettings,
+    /// `[novelty]`
+    pub novelty: NoveltySettings,
+    /// `[shape]`
+    pub shape: ShapeSettings,
+    /// `[store]`
+    pub store: StoreSettings,
+    /// `[alarms]`
+    pub alarms: AlarmSettings,
+    /// `[api]`
+    pub api: ApiSettings,
+    /// `[log]`
+    pub log: LogSettings,
+    /// `[waypoint.NAME]`
+    pub waypoints: BTreeMap<String, WaypointSettings>,
+}
+
+/// `[robot]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobotSettings {
+    /// Who signs the alarms.
+    pub name: String,
+}
+
+/// `[laser]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaserSettings {
+    /// Device path or `tcp:HOST:PORT`.
+    pub port: String,
+    /// Line rate on RS-232.
+    pub baud: u32,
+}
+
+/// `[ptu]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct PtuSettings {
+    /// Device path.
+    pub port: String,
+    /// Line rate.
+    pub baud: u32,
+    /// +1 where positive pan counts turn left, else -1.
+    pub pan_sign: f64,
+    /// +1 where positive tilt counts turn up, else -1.
+    pub tilt_sign: f64,
+    /// Pan at count 0, radians.
+    pub pan_zero_rad: f64,
+    /// Tilt at count 0, radians.
+    pub tilt_zero_rad: f64,
+    /// Home when connecting.
+    pub home_at_start: bool,
+}
+
+/// `[mount]`: the kinematic chain of sweep-geometry section 2, metres and radians.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MountSettings {
+    /// o_pan.
+    pub pan_axis_m: [f64; 3],
+    /// o_tilt.
+    pub tilt_axis_m: [f64; 3],
+    /// o_mount.
+    pub plate_m: [f64; 3],
+    /// t_L.
+    pub laser_m: [f64; 3],
+    /// Roll, pitch, yaw of R_L.
+    pub laser_rpy_rad: [f64; 3],
+}
+
+/// How the head moves while the laser scans.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SweepMode {
+    /// Tilting while scans stream.
+    Continuous,
+    /// Stopping for each line.
+    Step,
+}
+
+/// `[sweep]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepSettings {
+    /// Continuous or step-and-stare.
+    pub mode: SweepMode,
+    /// First tilt, radians.
+    pub tilt_from_rad: f64,
+    /// Last tilt, radians.
+    pub tilt_to_rad: f64,
+    /// Tilt speed, radians per second.
+    pub speed_rad_s: f64,
+    /// Pitch of the lines in step mode, radians.
+    pub step_rad: f64,
+    /// Pans of one visit, radians.
+    pub pans_rad: Vec<f64>,
+    /// Share of missing lines above which a sweep is refused.
+    pub max_missing_lines: f64,
+}
+
+/// `[mixture]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct MixtureSettings {
+    /// Seed of everything random in the engine.
+    pub seed: u64,
+}
+
+/// Which row of engine settings is used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EngineMode {
+    /// patrold's own.
+    Standard,
+    /// The published recipe.
+    Paper,
+}
+
+/// `[novelty]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoveltySettings {
+    /// Which engine settings.
+    pub engine: EngineMode,
+    /// U_th, metres.
+    pub u_th_m: f64,
+    /// U_th where the ground distance is Foerstner-Moonen.
+    pub u_th_fm: f64,
+    /// Ground distance between Gaussians.
+    pub ground: Ground,
+    /// Range limit in metres, if any.
+    pub max_range_m: Option<f64>,
+}
+
+/// `[shape]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShapeSettings {
+    /// `auto`, `covariance` or `ransac`.
+    pub method: String,
+}
+
+/// `[store]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoreSettings {
+    /// Folder of the database and the files beside it.
+    pub dir: PathBuf,
+    /// Days after which a sweep may go; 0 keeps all.
+    pub keep_days: f64,
+    /// GiB of sweeps above which the oldest go; 0 sets no limit.
+    pub keep_gib: f64,
+}
+
+/// `[alarms]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct AlarmSettings {
+    /// Distance within which a change seen again is the same, metres.
+    pub same_place_m: f64,
+}
+
+/// `[api]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct ApiSettings {
+    /// Unix socket.
+    pub socket: PathBuf,
+    /// Its file mode.
+    pub socket_mode: u32,
+}
+
+/// `[log]`
+#[derive(Debug, Clone, PartialEq)]
+pub struct LogSettings {
+    /// error, warn, info, debug or trace.
+    pub level: String,
+    /// auto, journald or stderr.
+    pub to: String,
+}
+
+/// `[waypoint.NAME]`
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WaypointSettings {
+    /// U_th of this waypoint, metres.
+    pub u_th_m: Option<f64>,
+    /// U_th of this waypoint where the ground distance is Foerstner-Moonen.
+    pub u_th_fm: Option<f64>,
+    /// Pans of this waypoint, radians.
+    pub pans_rad: Option<Vec<f64>>,
+    /// x, y in metres and yaw in radians of the base on the map.
+    pub map_pose: Option<[f64; 3]>,
+}
+
+impl Settings {
+    /// The settings of an empty file.
+    pub fn defaults() -> Self {
+        Self::read(&Layers::defaults())
+    }
+
+    /// Reads checked layers and looks for contradictions between them.
+    ///
+    /// # Errors
+    /// Every contradiction found.
+    pub fn build(layers: &Layers) -> Result<Self, Vec<Mistake>> {
+        let settings = Self::read(layers);
+        let mistakes: Vec<Mistake> = settings
+            .contradictions()
+            .into_iter()
+            .map(|(key, what)| {
+                let (file, line) = layers.place(key);
+                let problem = Problem::Contradiction(what);
+                Mistake {
+                    file,
+                    line,
+                    problem,
+                }
+            })
+            .collect();
+        if mistakes.is_empty() {
+            Ok(settings)
+        } else {
+            Err(mistakes)
+        }
+    }
+
+    /// U_th in force at a waypoint, in the unit of the ground distance in force (Eq. 7).
+    pub fn u_th(&self, waypoint: Option<&str>) -> f64 {
+        let own = waypoint.and_then(|name| self.waypoints.get(name));
+        match self.novelty.ground {
+            Ground::Fm => own.and_then(|w| w.u_th_fm).unwrap_or(self.novelty.u_th_fm),
+            _ => own.and_then(|w| w.u_th_m).unwrap_or(self.novelty.u_th_m),
+        }
+    }
+
+    /// Pans of one visit at a waypoint, radians.
+    pub fn pans_rad(&self, waypoint: &str) -> &[f64] {
+        self.waypoints
+            .get(waypoint)
+            .and_then(|w| w.pans_rad.as_deref())
+            .unwrap_or(&self.sweep.pans_rad)
+    }
+
+    fn contradictions(&self) -> Vec<(&'static str, String)> {
+        let mut found = Vec::new();
+        if (self.sweep.tilt_from_rad - self.sweep.tilt_to_rad).abs() < 1f64.to_radians() {
+            found.push((
+                "sweep.tilt_to_deg",
+                "sweep.tilt_from_deg and sweep.tilt_to_deg must be at least 1 deg apart".to_owned(),
+            ));
+        }
+        if self.laser.port == self.ptu.port {
+            found.push((
+                "ptu.port",
+                format!("laser.port and ptu.port are both {}", self.laser.port),
+            ));
+        }
+        if self.ptu.port.starts_with("tcp:") {
+            found.push((
+                "ptu.port",
+                "ptu.port must be a serial device, not tcp".to_owned(),
+            ));
+        }
+        found
+    }
+
+    fn read(layers: &Layers) -> Self {
+        let get = Getter(layers);
+        let waypoints = read_waypoints(layers);
+        Self {
+            robot: RobotSettings {
+                name: get.text("robot.name"),
+            },
+            laser: LaserSettings {
+                port: get.text("laser.port"),
+                baud: get.whole("laser.baud") as u32,
+            },
+            ptu: PtuSettings {
+                port: get.text("ptu.port"),
+                baud: get.whole("ptu.baud") as u32,
+                pan_sign: get.whole("ptu.pan_sign") as f64,
+                tilt_sign: get.whole("ptu.tilt_sign") as f64,
+                pan_zero_rad: get.radians("ptu.pan_zero_deg"),
+                tilt_zero_rad: get.radians("ptu.tilt_zero_deg"),
+                home_at_start: get.flag("ptu.home_at_start"),
+            },
+            mount: MountSettings {
+                pan_axis_m: get.triple("mount.pan_axis_xyz_m"),
+                tilt_axis_m: get.triple("mount.tilt_axis_xyz_m"),
+                plate_m: get.triple("mount.plate_xyz_m"),
+                laser_m: get.triple("mount.xyz_m"),
+                laser_rpy_rad: get.triple("mount.rpy_deg").map(f64::to_radians),
+            },
+            sweep: SweepSettings {
+                mode: match get.text("sweep.mode").as_str() {
+                    "step" => SweepMode::Step,
+                    _ => SweepMode::Continuous,
+                },
+                tilt_from_rad: get.radians("sweep.tilt_from_deg"),
+                tilt_to_rad: get.radians("sweep.tilt_to_deg"),
+                speed_rad_s: get.radians("sweep.speed_deg_s"),
+                step_rad: get.radians("sweep.step_deg"),
+                pans_rad: to_radians(&get.list("sweep.pans_deg")),
+                max_missing_lines: get.float("sweep.max_missing_lines"),
+            },
+            mixture: MixtureSettings {
+                seed: get.whole("mixture.seed") as u64,
+            },
+            novelty: NoveltySettings {
+                engine: match get.text("novelty.engine").as_str() {
+                    "paper" => EngineMode::Paper,
+                    _ => EngineMode::Standard,
+                },
+                u_th_m: get.float("novelty.u_th_m"),
+                u_th_fm: get.float("novelty.u_th_fm"),
+                ground: match get.text("novelty.ground").as_str() {
+                    "euclid" => Ground::Euclid,
+                    "fm" => Ground::Fm,
+                    _ => Ground::W2,
+                },
+                max_range_m: Some(get.float("novelty.max_range_m")).filter(|m| *m > 0.0),
+            },
+            shape: ShapeSettings {
+                method: get.text("shape.method"),
+            },
+            store: StoreSettings {
+                dir: PathBuf::from(get.text("store.dir")),
+                keep_days: get.float("store.keep_days"),
+                keep_gib: get.float("store.keep_gib"),
+            },
+            alarms: AlarmSettings {
+                same_place_m: get.float("alarms.same_place_m"),
+            },
+            api: ApiSettings {
+                socket: PathBuf::from(get.text("api.socket")),
+                socket_mode: get.whole("api.socket_mode") as u32,
+            },
+            log: LogSettings {
+                level: get.text("log.level"),
+                to: get.text("log.to"),
+            },
+            waypoints,
+        }
+    }
+}
+
+fn read_waypoints(layers: &Layers) -> BTreeMap<String, WaypointSettings> {
+    let mut waypoints: BTreeMap<String, WaypointSettings> = BTreeMap::new();
+    for (name, (value, _)) in &layers.values {
+        let Some((waypoint, key)) = waypoint_parts(name) else {
+            continue;
+        };
+        let own = waypoints.entry(waypoint.to_owned()).or_default();
+        match (key, value) {
+            ("u_th_m", Value::Float(x)) => own.u_th_m = Some(*x),
+            ("u_th_fm", Value::Float(x)) => own.u_th_fm = Some(*x),
+            ("pans_deg", Value::Floats(list)) => own.pans_rad = Some(to_radians(list)),
+            ("map_pose", Value::Floats(list)) => {
+                own.map_pose = <[f64; 3]>::try_from(list.as_slice())
+                    .ok()
+                    .map(|[x, y, yaw_deg]| [x, y, yaw_deg.to_radians()]);
+            }
+            _ => {}
+        }
+    }
+    waypoints
+}
+
+fn to_radians(degrees: &[f64]) -> Vec<f64> {
+    degrees.iter().map(|d| d.to_radians()).collect()
+}
+
+/// Typed look-ups; every key has a default of its kind, so each finds its value.
+struct Getter<'a>(&'a Layers);
+
+impl Getter<'_> {
+    fn value(&self, name: &str) -> Option<&Value> {
+        self.0.values.get(name).map(|(value, _)| value)
+    }
+
+    fn text(&self, name: &str) -> String {
+        match self.value(name) {
+            Some(Value::Text(text)) => text.clone(),
+            _ => String::new(),
+        }
+    }
+
+    fn float(&self, name: &str) -> f64 {
+        match self.value(name) {
+            Some(Value::Float(x)) => *x,
+            _ => f64::NAN,
+        }
+    }
+
+    fn radians(&self, name: &str) -> f64 {
+        self.float(name).to_radians()
+    }
+
+    fn whole(&self, name: &str) -> i64 {
+        match self.value(name) {
+            Some(Value::Integer(n)) => *n,
+            _ => 0,
+        }
+    }
+
+    fn flag(&self, name: &str) -> bool {
+        self.value(name) == Some(&Value::Flag(true))
+    }
+
+    fn list(&self, name: &str) -> Vec<f64> {
+        match self.value(name) {
+            Some(Value::Floats(list)) => list.clone(),
+            _ => Vec::new(),
+        }
+    }
+
+    fn triple(&self, name: &str) -> [f64; 3] {
+        <[f64; 3]>::try_from(self.list(name).as_slice()).unwrap_or([f64::NAN; 3])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Layers, Settings};
+    use crate::config::Source;
+    use std::path::PathBuf;
+
+    fn layers(text: &str) -> Layers {
+        let mut layers = Layers::defaults();
+        let mistakes = layers.add(&Source {
+            path: PathBuf::from("t.toml"),
+            text: text.to_owned(),
+        });
+        assert!(mistakes.is_empty(), "{mistakes:?}");
+        layers
+    }
+
+    #[test]
+    fn an_empty_file_gives_the_defaults_and_no_number_is_missing() {
+        let settings = Settings::build(&layers("")).expect("defaults do not contradict");
+        assert_eq!(settings, Settings::defaults());
+        assert!(!format!("{settings:?}").contains("NaN"));
+    }
+
+    #[test]
+    fn a_waypoint_overrides_the_threshold() {
+        let text = "novelty.u_th_m = 0.25\n[waypoint.hall]\nu_th_m = 0.5\n";
+        let settings = Settings::build(&layers(text)).expect("valid");
+        assert_eq!(settings.u_th(Some("hall")), 0.5);
+        assert_eq!(settings.u_th(Some("dock")), 0.25);
+        assert_eq!(settings.u_th(None), 0.25);
+    }
+
+    #[test]
+    fn contradictions_name_file_and_line() {
+        let text = "[sweep]\ntilt_from_deg = 10\ntilt_to_deg = 10\n";
+        let mistakes = Settings::build(&layers(text)).expect_err("no tilt range");
+        assert!(
+            mistakes[0]
+                .to_string()
+                .starts_with("t.toml:3: sweep.tilt_from_deg")
+        );
+    }
+}

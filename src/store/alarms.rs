@@ -1,0 +1,257 @@
+//! The alarm log: raising, folding, clearing, acknowledging and the guard's queries.
+
+use super::error::StoreError;
+use super::handle::{Stamp, Store, time_text};
+use super::visits::sighting;
+use crate::alarm::{Incident, State};
+use crate::patrol::NoveltyRecord;
+use rusqlite::{Connection, params, params_from_iter};
+use serde::Serialize;
+
+/// Which alarms are asked for; what is `None` does not matter.
+#[derive(Debug, Clone, Default)]
+pub struct AlarmFilter {
+    /// Last seen at or after this time.
+    pub since: Option<jiff::Timestamp>,
+    /// Raised at or before this time.
+    pub until: Option<jiff::Timestamp>,
+    /// At this waypoint.
+    pub waypoint: Option<String>,
+    /// In this state.
+    pub state: Option<State>,
+    /// Only the newest so many.
+    pub limit: Option<u32>,
+}
+
+/// One alarm as the log shows it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AlarmRow {
+    /// Its number.
+    pub id: i64,
+    /// Where.
+    pub waypoint: String,
+    /// open, acknowledged or cleared.
+    pub state: String,
+    /// When it was raised.
+    pub raised_at: String,
+    /// When its change was last seen.
+    pub last_seen_at: String,
+    /// Visits that saw it.
+    pub visits: i64,
+    /// Run of the machine in which it was raised.
+    pub boot_id: String,
+    /// Distance of the visit that raised it.
+    pub d_gmm: f64,
+    /// The threshold then in force.
+    pub u_th: f64,
+    /// That visit's reason.
+    pub reason: String,
+    /// Sequence number of that visit.
+    pub visit_id: i64,
+    /// Frame of the positions below.
+    pub frame: String,
+    /// What came or went, as the visit that raised it saw it.
+    pub novelties: Vec<NoveltyRecord>,
+    /// When it was acknowledged.
+    pub acknowledged_at: Option<String>,
+    /// By whom.
+    pub acknowledged_by: Option<String>,
+    /// What they noted.
+    pub note: Option<String>,
+    /// When it was cleared.
+    pub cleared_at: Option<String>,
+    /// Why.
+    pub cleared_because: Option<String>,
+}
+
+const SELECT: &str = "
+    SELECT a.id, w.name, a.state, a.raised_at, a.last_seen_at, a.visits, a.boot_id, v.d_gmm, v.u_th, v.reason,
+           v.id, r.version, a.acknowledged_at, a.acknowledged_by, a.note, a.cleared_at, a.cleared_because
+    FROM alarm a JOIN waypoint w ON w.id = a.waypoint_id
+    JOIN visit v ON v.id = a.first_visit_id
+    LEFT JOIN reference r ON r.id = v.reference_id";
+
+impl Store {
+    /// Alarms that match, newest first.
+    ///
+    /// # Errors
+    /// The database refuses.
+    pub fn alarms(&self, filter: &AlarmFilter) -> Result<Vec<AlarmRow>, StoreError> {
+        let mut conditions = Vec::new();
+        let mut values: Vec<String> = Vec::new();
+        let mut require = |condition: &str, value: Option<String>| {
+            if let Some(value) = value {
+                values.push(value);
+                conditions.push(format!("{condition} ?{}", values.len()));
+            }
+        };
+        require("a.last_seen_at >=", filter.since.map(time_text));
+        require("a.raised_at <=", filter.until.map(time_text));
+        require("w.name =", filter.waypoint.clone());
+        require("a.state =", filter.state.map(|s| s.word().to_owned()));
+        let wanted = if conditions.is_empty() {
+            String::new()
+        } else {
+            format!("WHERE {}", conditions.join(" AND "))
+        };
+        let limit = filter.limit.map_or(-1, i64::from);
+        let sql = format!("{SELECT} {wanted} ORDER BY a.id DESC LIMIT {limit}");
+        let mut query = self.db.prepare(&sql)?;
+        let rows = query.query_map(params_from_iter(values), read_row)?;
+        let alarms: Vec<AlarmRow> = rows.collect::<Result<_, _>>()?;
+        alarms
+            .into_iter()
+            .map(|alarm| self.with_novelties(alarm))
+            .collect()
+    }
+
+    /// One alarm.
+    ///
+    /// # Errors
+    /// No such alarm.
+    pub fn alarm(&self, id: i64) -> Result<AlarmRow, StoreError> {
+        let mut query = self.db.prepare(&format!("{SELECT} WHERE a.id = ?1"))?;
+        let mut rows = query.query_map([id], read_row)?;
+        let alarm = rows.next().ok_or(StoreError::UnknownAlarm(id))??;
+        self.with_novelties(alarm)
+    }
+
+    /// Somebody saw the alarm. A cleared alarm stays cleared, with the name beside it.
+    ///
+    /// # Errors
+    /// No such alarm.
+    pub fn acknowledge(
+        &mut self,
+        id: i64,
+        by: &str,
+        note: Option<&str>,
+        stamp: &Stamp,
+    ) -> Result<AlarmRow, StoreError> {
+        let changed = self.db.execute(
+            "UPDATE alarm SET state = CASE state WHEN 'open' THEN 'acknowledged' ELSE state END,
+                              acknowledged_at = ?2, acknowledged_by = ?3, note = coalesce(?4, note)
+             WHERE id = ?1",
+            params![id, stamp.text(), by, note],
+        )?;
+        if changed == 0 {
+            return Err(StoreError::UnknownAlarm(id));
+        }
+        self.alarm(id)
+    }
+
+    fn with_novelties(&self, mut alarm: AlarmRow) -> Result<AlarmRow, StoreError> {
+        alarm.novelties = novelties(&self.db, "visit_id = ?1 ORDER BY position", alarm.visit_id)?;
+        Ok(alarm)
+    }
+}
+
+fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<AlarmRow> {
+    let waypoint: String = row.get(1)?;
+    let version: Option<i64> = row.get(11)?;
+    let frame = match version {
+        Some(version) => format!("{waypoint}/{version}"),
+        None => waypoint.clone(),
+    };
+    Ok(AlarmRow {
+        id: row.get(0)?,
+        waypoint,
+        state: row.get(2)?,
+        raised_at: row.get(3)?,
+        last_seen_at: row.get(4)?,
+        visits: row.get(5)?,
+        boot_id: row.get(6)?,
+        d_gmm: row.get(7)?,
+        u_th: row.get(8)?,
+        reason: row.get(9)?,
+        visit_id: row.get(10)?,
+        frame,
+        novelties: Vec::new(),
+        acknowledged_at: row.get(12)?,
+        acknowledged_by: row.get(13)?,
+        note: row.get(14)?,
+        cleared_at: row.get(15)?,
+        cleared_because: row.get(16)?,
+    })
+}
+
+fn novelties(db: &Connection, which: &str, id: i64) -> Result<Vec<NoveltyRecord>, StoreError> {
+    let mut query = db.prepare(&format!("SELECT record FROM novelty WHERE {which}"))?;
+    let texts: Vec<String> = query
+        .query_map([id], |row| row.get(0))?
+        .collect::<Result<_, _>>()?;
+    let read = |text: String| {
+        serde_json::from_str(&text).map_err(|source| StoreError::Record {
+            what: "novelty",
+            source,
+        })
+    };
+    texts.into_iter().map(read).collect()
+}
+
+/// The alarms of a waypoint that are not cleared, with all that their first and last visit saw.
+pub(super) fn standing(db: &Connection, waypoint_id: i64) -> Result<Vec<Incident>, StoreError> {
+    let mut query = db.prepare(
+        "SELECT id FROM alarm WHERE waypoint_id = ?1 AND state <> 'cleared' ORDER BY id",
+    )?;
+    let ids: Vec<i64> = query
+        .query_map([waypoint_id], |row| row.get(0))?
+        .collect::<Result<_, _>>()?;
+    let which = "visit_id IN (SELECT first_visit_id FROM alarm WHERE id = ?1
+                 UNION SELECT last_visit_id FROM alarm WHERE id = ?1)";
+    let incident = |id: i64| {
+        let seen = novelties(db, which, id)?;
+        let sightings = seen.iter().map(sighting).collect();
+        Ok(Incident { id, sightings })
+    };
+    ids.into_iter().map(incident).collect()
+}
+
+pub(super) fn raise(
+    db: &Connection,
+    waypoint_id: i64,
+    visit_id: i64,
+    stamp: &Stamp,
+) -> Result<i64, StoreError> {
+    db.execute(
+        "INSERT INTO alarm (waypoint_id, raised_at, boot_id, first_visit_id, last_visit_id, last_seen_at, state)
+         VALUES (?1, ?2, ?3, ?4, ?4, ?2, 'open')",
+        params![waypoint_id, stamp.text(), stamp.boot_id, visit_id],
+    )?;
+    Ok(db.last_insert_rowid())
+}
+
+pub(super) fn fold(
+    db: &Connection,
+    id: i64,
+    visit_id: i64,
+    stamp: &Stamp,
+) -> Result<(), StoreError> {
+    db.execute(
+        "UPDATE alarm SET last_visit_id = ?2, last_seen_at = ?3, visits = visits + 1 WHERE id = ?1",
+        params![id, visit_id, stamp.text()],
+    )?;
+    Ok(())
+}
+
+pub(super) fn clear(db: &Connection, id: i64, at: &str, because: &str) -> Result<(), StoreError> {
+    db.execute(
+        "UPDATE alarm SET state = 'cleared', cleared_at = ?2, cleared_because = ?3 WHERE id = ?1",
+        params![id, at, because],
+    )?;
+    Ok(())
+}
+
+/// Clears all alarms that stand at a waypoint.
+pub(super) fn clear_standing(
+    db: &Connection,
+    waypoint_id: i64,
+    at: &str,
+    because: &str,
+) -> Result<(), StoreError> {
+    db.execute(
+        "UPDATE alarm SET state = 'cleared', cleared_at = ?2, cleared_because = ?3
+         WHERE waypoint_id = ?1 AND state <> 'cleared'",
+        params![waypoint_id, at, because],
+    )?;
+    Ok(())
+}

@@ -1,0 +1,129 @@
+//! Big things are files named by the hash of their content: written aside, synced, renamed, folder synced;
+//! only then may a row speak of them.
+
+use super::error::StoreError;
+use sha2::{Digest, Sha256};
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+/// The folder of content-named files.
+#[derive(Debug, Clone)]
+pub struct Files {
+    dir: PathBuf,
+}
+
+impl Files {
+    /// The folder below the store's own `dir`, whether or not it exists.
+    pub fn at(dir: &Path) -> Self {
+        Self {
+            dir: dir.join("blobs"),
+        }
+    }
+
+    /// Makes the folder where it is missing.
+    ///
+    /// # Errors
+    /// It cannot be made.
+    pub fn create(dir: &Path) -> Result<Self, StoreError> {
+        let files = Self::at(dir);
+        fs::create_dir_all(&files.dir).map_err(|e| files.error(&files.dir, e))?;
+        Ok(files)
+    }
+
+    /// Keeps `bytes`, on disk when this returns; gives their name.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn put(&self, bytes: &[u8]) -> Result<String, StoreError> {
+        let name = hex(&Sha256::digest(bytes));
+        let path = self.dir.join(&name);
+        let write = || -> io::Result<()> {
+            if path.is_file() {
+                return Ok(());
+            }
+            let aside = self.dir.join(format!("{name}.tmp"));
+            let mut file = File::create(&aside)?;
+            file.write_all(bytes)?;
+            file.sync_all()?;
+            fs::rename(&aside, &path)?;
+            File::open(&self.dir)?.sync_all()
+        };
+        write().map_err(|e| self.error(&path, e))?;
+        Ok(name)
+    }
+
+    /// Reads the file called `name` and checks that its content still has that name.
+    ///
+    /// # Errors
+    /// It is missing or was changed.
+    pub fn get(&self, name: &str) -> Result<Vec<u8>, StoreError> {
+        let path = self.dir.join(name);
+        let bytes = fs::read(&path).map_err(|e| self.error(&path, e))?;
+        let got = hex(&Sha256::digest(&bytes));
+        if got == name {
+            return Ok(bytes);
+        }
+        Err(StoreError::Blob {
+            what: path.display().to_string(),
+            expected: format!("content with hash {name}"),
+            got,
+        })
+    }
+
+    /// Deletes the file called `name`; gives its size, 0 if it was gone.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn delete(&self, name: &str) -> Result<u64, StoreError> {
+        let path = self.dir.join(name);
+        let size = self.size(name);
+        match fs::remove_file(&path) {
+            Ok(()) => Ok(size),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(0),
+            Err(e) => Err(self.error(&path, e)),
+        }
+    }
+
+    /// Size of the file called `name` in bytes, 0 if it is gone.
+    pub fn size(&self, name: &str) -> u64 {
+        fs::metadata(self.dir.join(name)).map_or(0, |m| m.len())
+    }
+
+    fn error(&self, path: &Path, source: io::Error) -> StoreError {
+        let path = path.to_owned();
+        StoreError::File { path, source }
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Files;
+
+    #[test]
+    fn content_comes_back_and_damage_is_noticed() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let files = Files::create(dir.path()).expect("folder");
+        let name = files.put(b"abc").expect("kept");
+        // FIPS 180-2, appendix B.1.
+        assert_eq!(
+            name,
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+        );
+        assert_eq!(files.get(&name).expect("read"), b"abc");
+        assert_eq!(files.put(b"abc").expect("kept once"), name);
+        std::fs::write(dir.path().join("blobs").join(&name), b"abd").expect("damaged");
+        assert!(files.get(&name).is_err());
+        assert_eq!(files.delete(&name).expect("deleted"), 3);
+        assert_eq!(files.delete(&name).expect("gone already"), 0);
+    }
+}

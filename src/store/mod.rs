@@ -1,0 +1,24 @@
+//! Takes what the patrol learnt, gives it back after any stop: waypoints and their reference versions, sweeps,
+//! visits, alarms, events. SQLite for rows, files named by their content for big things. The only room that
+//! speaks SQL.
+
+mod alarms;
+mod cloud_blob;
+mod error;
+mod events;
+mod files;
+mod handle;
+mod mixture_blob;
+mod references;
+mod retention;
+mod visits;
+mod waypoints;
+
+pub use alarms::{AlarmFilter, AlarmRow};
+pub use error::StoreError;
+pub use events::{EventRow, Level};
+pub use handle::{Stamp, Store};
+pub use references::{NewReference, ReferenceRow, StoredReference};
+pub use retention::{Retention, Swept};
+pub use visits::{NewVisit, Recorded, StoredVisit, SweepRecord};
+pub use waypoints::{WaypointDetail, WaypointRow};
