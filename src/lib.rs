@@ -6,6 +6,8 @@
 //! above it and never those below (`tests/layering.rs` keeps this).
 
 pub mod geometry;
+pub mod scan;
+pub mod sweep;
 pub mod mixture;
 pub mod distance;
 pub mod novelty;

@@ -1,8 +1,10 @@
 //! Takes coordinates, gives poses, views and rigid registration. Metres, radians, REP-103 axes
 //! (x forward, y left, z up) everywhere.
 
+mod mount;
 mod pose;
 mod view;
 
+pub use mount::Mount;
 pub use pose::{Pose, RollPitchYaw};
 pub use view::{NoiseLaw, View};

@@ -1,0 +1,83 @@
+//! Where the laser is for a pan and a tilt: the kinematic chain of sweep-geometry section 2.
+
+use super::{Pose, RollPitchYaw};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+/// The chain base -> pan axis -> tilt axis -> plate -> laser:
+/// `p_base = o_pan + Rz(pan) (o_tilt + Ry(-tilt) (o_plate + R_L q + t_L))`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mount {
+    base_from_pan: Vector3<f64>,
+    pan_from_tilt: Vector3<f64>,
+    tilt_from_laser: Pose,
+}
+
+impl Mount {
+    /// The chain from its four offsets in metres and the laser's attitude on the plate.
+    pub fn new(
+        pan_axis_m: [f64; 3],
+        tilt_axis_m: [f64; 3],
+        plate_m: [f64; 3],
+        laser_m: [f64; 3],
+        laser: RollPitchYaw,
+    ) -> Self {
+        let plate = Translation3::from(Vector3::from(plate_m));
+        Self {
+            base_from_pan: Vector3::from(pan_axis_m),
+            pan_from_tilt: Vector3::from(tilt_axis_m),
+            tilt_from_laser: plate * laser.with_translation(laser_m),
+        }
+    }
+
+    /// Pose of the laser in the base's frame; pan positive to the left, tilt positive up, radians.
+    pub fn base_from_laser(&self, pan_rad: f64, tilt_rad: f64) -> Pose {
+        let pan = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pan_rad);
+        let tilt = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -tilt_rad);
+        Isometry3::from_parts(Translation3::from(self.base_from_pan), pan)
+            * Isometry3::from_parts(Translation3::from(self.pan_from_tilt), tilt)
+            * self.tilt_from_laser
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Mount;
+    use crate::geometry::RollPitchYaw;
+    use nalgebra::Point3;
+    use std::f64::consts::FRAC_PI_2;
+
+    fn d46() -> Mount {
+        let straight = RollPitchYaw {
+            roll_rad: 0.0,
+            pitch_rad: 0.0,
+            yaw_rad: 0.0,
+        };
+        Mount::new(
+            [0.0, -0.00955, 0.046774],
+            [0.0, 0.0, 0.043713],
+            [0.0, 0.0, 0.039116],
+            [0.0, 0.0, 0.05],
+            straight,
+        )
+    }
+
+    #[test]
+    fn level_the_laser_stands_over_the_plate() {
+        // Tilt axis 90.5 mm and plate 129.6 mm above the base (sweep-geometry section 2).
+        let origin = d46().base_from_laser(0.0, 0.0) * Point3::origin();
+        assert!((origin - Point3::new(0.0, -0.00955, 0.129603 + 0.05)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn tilting_up_carries_the_beam_up_and_the_laser_back() {
+        let beam = d46().base_from_laser(0.0, FRAC_PI_2) * Point3::new(1.0, 0.0, 0.0);
+        let axis_z = 0.046774 + 0.043713;
+        assert!((beam - Point3::new(-0.089116, -0.00955, axis_z + 1.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn panning_left_carries_the_beam_left() {
+        let beam = d46().base_from_laser(FRAC_PI_2, 0.0) * Point3::new(1.0, 0.0, 0.0);
+        assert!((beam - Point3::new(0.0, 1.0 - 0.00955, 0.179603)).norm() < 1e-12);
+    }
+}

@@ -1,0 +1,198 @@
+//! A wall swept by a simulated head and laser with clocks of their own must come out flat.
+
+use super::{SweepError, assemble};
+use crate::geometry::{Mount, RollPitchYaw};
+use crate::scan::Optics;
+use crate::sweep::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
+use nalgebra::{Point3, Vector3};
+
+const STEP_RAD: f64 = 0.9 / 17.5 * std::f64::consts::PI / 180.0;
+const WALL_X_M: f64 = 2.5;
+
+fn mount() -> Mount {
+    let level = RollPitchYaw {
+        roll_rad: 0.0,
+        pitch_rad: 0.0,
+        yaw_rad: 0.0,
+    };
+    Mount::new(
+        [0.0, -0.00955, 0.046774],
+        [0.0, 0.0, 0.043713],
+        [0.0, 0.0, 0.039116],
+        [0.01, 0.0, 0.06],
+        level,
+    )
+}
+
+fn optics() -> Optics {
+    Optics {
+        steps_per_turn: 1024,
+        front_step: 384,
+        first_step: 44,
+        cluster: 1,
+        dmin_mm: 20,
+        dmax_mm: 5600,
+        period_s: 0.1,
+    }
+}
+
+/// Host seconds of a sensor time, rate 0.13 % off and switched on at host second 7.
+fn host_s(sensor_s: f64) -> f64 {
+    7.0 + 0.99867 * sensor_s
+}
+
+/// Millimetres to the wall x = 2.5 m along beam `index` of a head at `tilt_rad`; 0 where it is missed.
+fn wall_mm(index: usize, tilt_rad: f64) -> u32 {
+    let pose = mount().base_from_laser(0.0, tilt_rad);
+    let (sin, cos) = optics().azimuth_rad(index).sin_cos();
+    let direction = pose.rotation * Vector3::new(cos, sin, 0.0);
+    let from = pose * Point3::origin();
+    let range_m = (WALL_X_M - from.x) / direction.x;
+    if direction.x > 0.0 && range_m < 5.6 {
+        (range_m * 1e3).round() as u32
+    } else {
+        0
+    }
+}
+
+/// Tilt from -20 to +20 deg at `speed` counts a second from host second 100 on.
+fn tilting(speed: f64) -> RawSweep {
+    let from = -20f64.to_radians() / STEP_RAD;
+    let count = |at_s: f64| (from + speed * (at_s - 100.0)).clamp(from, -from);
+    let end_s = 100.0 - 2.0 * from / speed;
+    let period_s = 0.09988;
+    let scans = (0..)
+        .map(|i| 93.3 + period_s * f64::from(i))
+        .take_while(|sensor_s| host_s(*sensor_s) < end_s)
+        .map(|sensor_s| RawScan {
+            stamp_ms: (sensor_s * 1e3).floor() as u64,
+            arrived_s: host_s(sensor_s + 0.08),
+            values: (0..682)
+                .map(|index| {
+                    let at_s = host_s(sensor_s + optics().turn_share(index) * period_s);
+                    wall_mm(index, count(at_s) * STEP_RAD)
+                })
+                .collect(),
+        })
+        .collect();
+    let polls = (0..)
+        .map(|i| 99.5 + f64::from(i) / 60.0)
+        .take_while(|at_s| *at_s < end_s + 0.5)
+        .map(|at_s| Poll {
+            sent_s: at_s - 0.003,
+            received_s: at_s + 0.003,
+            tilt_steps: count(at_s).round() as i32,
+        })
+        .collect();
+    let sample = |sensor_s: f64| TimeSample {
+        sent_s: host_s(sensor_s) - 0.0005,
+        received_s: host_s(sensor_s) + 0.0005,
+        stamp_ms: (sensor_s * 1e3).round() as u64,
+    };
+    raw(Leg {
+        pan_rad: 0.0,
+        motion: Motion::Tilting {
+            speed_steps_s: speed,
+        },
+        scans,
+        polls,
+        time_samples: vec![sample(90.0), sample(110.0)],
+    })
+}
+
+fn raw(leg: Leg) -> RawSweep {
+    RawSweep {
+        optics: optics(),
+        tilt_rad_per_step: STEP_RAD,
+        tilt_zero_rad: 0.0,
+        tilt_low_rad: -19f64.to_radians(),
+        tilt_high_rad: 19f64.to_radians(),
+        line_pitch_rad: 0.00871,
+        legs: vec![leg],
+    }
+}
+
+fn worst_off_wall_m(raw: &RawSweep) -> f64 {
+    let sweep = assemble(raw, &mount()).expect("assembles");
+    assert!(sweep.view.points.len() > 5_000);
+    assert!(!sweep.view.no_return.is_empty());
+    sweep
+        .view
+        .points
+        .iter()
+        .map(|p| (p.x - WALL_X_M).abs())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn a_wall_swept_while_tilting_is_flat() {
+    // 0.5 mm of rounding and the 1 ms of the stamps (0.005 deg at 5 deg/s), at grazing incidence near +-60 deg.
+    let worst = worst_off_wall_m(&tilting(97.0));
+    assert!(worst < 0.002, "{worst}");
+}
+
+#[test]
+fn it_stays_flat_at_four_times_the_speed() {
+    // One attitude per scan would bend it by 1.3 deg, 50 mm at the edge.
+    let worst = worst_off_wall_m(&tilting(388.0));
+    assert!(worst < 0.004, "{worst}");
+}
+
+#[test]
+fn step_and_stare_sees_the_same_wall() {
+    let counts: Vec<i32> = (-369..=369).step_by(20).collect();
+    let scans = counts
+        .iter()
+        .enumerate()
+        .map(|(i, count)| RawScan {
+            stamp_ms: 100_000 + 300 * i as u64,
+            arrived_s: host_s(100.08 + 0.3 * i as f64),
+            values: (0..682)
+                .map(|index| wall_mm(index, f64::from(*count) * STEP_RAD))
+                .collect(),
+        })
+        .collect();
+    let moving = tilting(97.0);
+    let standing = raw(Leg {
+        motion: Motion::Standing { tilt_steps: counts },
+        scans,
+        polls: Vec::new(),
+        ..moving.legs[0].clone()
+    });
+    let worst = worst_off_wall_m(&standing);
+    assert!(worst < 0.001, "{worst}");
+}
+
+#[test]
+fn quality_counts_lines_and_gaps() {
+    let mut raw = tilting(97.0);
+    let whole = assemble(&raw, &mount()).expect("assembles").quality;
+    assert!(
+        whole.lines_got.abs_diff(whole.lines_expected) <= 1,
+        "{whole:?}"
+    );
+    assert_eq!(whole.gaps, 0);
+    assert!((whole.clock_rate - 0.99867).abs() < 2e-4);
+    assert_eq!(whole.fault(0.05), None);
+    raw.legs[0].scans.drain(20..40);
+    let torn = assemble(&raw, &mount()).expect("assembles").quality;
+    assert_eq!((torn.gaps, torn.lines_got), (1, whole.lines_got - 20));
+    assert!(torn.fault(0.05).is_some());
+}
+
+#[test]
+fn frozen_scans_are_noticed() {
+    let mut raw = tilting(97.0);
+    let stale = raw.legs[0].scans[30].values.clone();
+    for scan in &mut raw.legs[0].scans[31..36] {
+        scan.values.clone_from(&stale);
+    }
+    assert!(assemble(&raw, &mount()).expect("assembles").quality.frozen);
+}
+
+#[test]
+fn nothing_gives_an_error() {
+    let mut raw = tilting(97.0);
+    raw.legs.clear();
+    assert_eq!(assemble(&raw, &mount()), Err(SweepError::Empty));
+}

@@ -1,0 +1,16 @@
+//! Takes scans, head positions and clocks, gives one view of the place with its quality (sweep-geometry).
+
+mod assemble;
+mod attitude;
+mod clock;
+mod constants;
+mod quality;
+mod raw;
+mod record;
+
+pub use assemble::{Sweep, assemble};
+pub use attitude::{Attitude, AttitudeError};
+pub use clock::{ClockError, SensorClock};
+pub use quality::Quality;
+pub use raw::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
+pub use record::{RecordError, decode, encode};
