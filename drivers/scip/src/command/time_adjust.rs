@@ -1,0 +1,108 @@
+//! `TM0`, `TM1`, `TM2`: enter time adjust, read the timer, leave. Protocol sections 5, 6 and 8.
+//!
+//! Entering turns the laser off. In the mode everything else is refused with `0E`, and only `TM2` leaves it.
+
+use super::{Request, blocks};
+use crate::error::ReplyError;
+use crate::frame::Message;
+use crate::status::{Command, Meaning};
+
+/// The request `TM0`. "Already in the mode" is success.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EnterTimeAdjust;
+
+impl Request for EnterTimeAdjust {
+    type Reply = ();
+    const COMMAND: Command = Command::TimeEnter;
+
+    fn line(&self) -> Vec<u8> {
+        b"TM0".to_vec()
+    }
+
+    fn parse(&self, message: &Message) -> Result<(), ReplyError> {
+        self.expect_done_or_already(message)
+    }
+}
+
+/// The request `TM1`; its reply is the timer, ms, 24 bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReadTime;
+
+impl Request for ReadTime {
+    type Reply = u32;
+    const COMMAND: Command = Command::TimeRead;
+
+    fn line(&self) -> Vec<u8> {
+        b"TM1".to_vec()
+    }
+
+    fn parse(&self, message: &Message) -> Result<u32, ReplyError> {
+        match self.status(message)? {
+            Meaning::Done => blocks::stamp(message.body().next().unwrap_or_default()),
+            meaning => Err(ReplyError::Refused {
+                command: Self::COMMAND,
+                meaning,
+            }),
+        }
+    }
+}
+
+/// The request `TM2`. "Not in the mode" is success.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LeaveTimeAdjust;
+
+impl Request for LeaveTimeAdjust {
+    type Reply = ();
+    const COMMAND: Command = Command::TimeLeave;
+
+    fn line(&self) -> Vec<u8> {
+        b"TM2".to_vec()
+    }
+
+    fn parse(&self, message: &Message) -> Result<(), ReplyError> {
+        self.expect_done_or_already(message)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Instant;
+    use crate::encoding::decode;
+
+    fn message(bytes: &[u8]) -> Message {
+        Message::first_in(bytes, Instant::ZERO).expect("complete")
+    }
+
+    #[test]
+    fn the_real_exchange() {
+        assert_eq!(EnterTimeAdjust.parse(&message(b"TM0\n00P\n\n")), Ok(()));
+        assert_eq!(
+            ReadTime.parse(&message(b"TM1\n00P\n<SfkP\n\n")),
+            Ok(decode(b"<Sfk").expect("valid"))
+        );
+        assert_eq!(LeaveTimeAdjust.parse(&message(b"TM2\n00P\n\n")), Ok(()));
+    }
+
+    #[test]
+    fn already_in_and_already_out() {
+        assert_eq!(EnterTimeAdjust.parse(&message(b"TM0\n02R\n\n")), Ok(()));
+        assert_eq!(LeaveTimeAdjust.parse(&message(b"TM2\n03S\n\n")), Ok(()));
+        let outside = ReadTime
+            .parse(&message(b"TM1\n04T\n\n"))
+            .expect_err("04 is outside the mode");
+        assert_eq!(outside.refusal(), Some(Meaning::NotAdjusting));
+    }
+
+    #[test]
+    fn damaged_times_are_no_times() {
+        assert!(matches!(
+            ReadTime.parse(&message(b"TM1\n00P\n<SfjP\n\n")),
+            Err(ReplyError::Sum { .. })
+        ));
+        assert!(matches!(
+            ReadTime.parse(&message(b"TM1\n00P\n\n")),
+            Err(ReplyError::Length { .. })
+        ));
+    }
+}

@@ -1,0 +1,139 @@
+//! `VV`: who the device is. Protocol section 6.
+
+use super::{Request, keyed};
+use crate::error::ReplyError;
+use crate::frame::Message;
+use crate::status::Command;
+
+/// The request `VV`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReadVersion;
+
+/// What `VV` tells.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Version {
+    /// `VEND`.
+    pub vendor: String,
+    /// `PROD`.
+    pub product: String,
+    /// `FIRM`.
+    pub firmware: String,
+    /// `PROT`.
+    pub protocol: String,
+    /// `SERI`.
+    pub serial: String,
+}
+
+impl ReadVersion {
+    /// As [`Request::parse`], but takes lines whose sums are wrong: some old units always send one. Gives how many too.
+    ///
+    /// # Errors
+    /// As [`Request::parse`] but for [`ReplyError::Sum`] in the keyed lines.
+    pub fn parse_leniently(&self, message: &Message) -> Result<(Version, usize), ReplyError> {
+        self.expect_done(message)?;
+        let mut wrong_sums = 0;
+        let mut text = |key| {
+            let line = keyed::find(message, key).ok_or(ReplyError::MissingKey {
+                key,
+                command: Self::COMMAND,
+            })?;
+            wrong_sums += usize::from(line.sum.is_err());
+            Ok(line.text())
+        };
+        let version = Version {
+            vendor: text("VEND")?,
+            product: text("PROD")?,
+            firmware: text("FIRM")?,
+            protocol: text("PROT")?,
+            serial: text("SERI")?,
+        };
+        Ok((version, wrong_sums))
+    }
+}
+
+impl Request for ReadVersion {
+    type Reply = Version;
+    const COMMAND: Command = Command::Version;
+
+    fn line(&self) -> Vec<u8> {
+        b"VV".to_vec()
+    }
+
+    fn parse(&self, message: &Message) -> Result<Version, ReplyError> {
+        let (version, _) = self.parse_leniently(message)?;
+        for key in ["VEND", "PROD", "FIRM", "PROT", "SERI"] {
+            if let Some(line) = keyed::find(message, key) {
+                line.sum?;
+            }
+        }
+        Ok(version)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Instant;
+
+    const URG_04LX: &[u8] =
+        b"VV\n00P\nVEND:Hokuyo Automatic Co.,Ltd.;[\nPROD:SOKUIKI Sensor URG-04LX;[\n\
+        FIRM:3.1.04(02/Aug./2007);a\nPROT:SCIP 2.0;N\nSERI:H0706400;F\n\n";
+
+    fn message(bytes: &[u8]) -> Message {
+        Message::first_in(bytes, Instant::ZERO).expect("complete")
+    }
+
+    #[test]
+    fn the_real_reply() {
+        let version = ReadVersion
+            .parse(&message(URG_04LX))
+            .expect("every sum is right");
+        assert_eq!(version.vendor, "Hokuyo Automatic Co.,Ltd.");
+        assert_eq!(version.product, "SOKUIKI Sensor URG-04LX");
+        assert_eq!(version.firmware, "3.1.04(02/Aug./2007)");
+        assert_eq!(version.protocol, "SCIP 2.0");
+        assert_eq!(version.serial, "H0706400");
+        assert_eq!(ReadVersion.to_bytes(), b"VV\n");
+    }
+
+    #[test]
+    fn the_real_lines_of_a_ug01() {
+        let reply = b"VV\n00P\nVEND:Hokuyo Automatic Co.,Ltd.;[\nPROD:SOKUIKI Sensor URG-04LX-UG01(Simple-URG);[\n\
+            FIRM:3.4.03(17/Dec./2012);T\nPROT:SCIP 2.0;N\nSERI:H1510998;V\n\n";
+        assert_eq!(
+            ReadVersion
+                .parse(&message(reply))
+                .expect("every sum is right")
+                .serial,
+            "H1510998"
+        );
+    }
+
+    #[test]
+    fn a_wrong_sum_is_an_error_but_can_be_lived_with() {
+        let reply = [b"VV\n00P\nI\n", &URG_04LX[7..URG_04LX.len() - 3], b"E\n\n"].concat();
+        let message = message(&reply);
+        assert!(matches!(
+            ReadVersion.parse(&message),
+            Err(ReplyError::Sum { got: b'E', .. })
+        ));
+        let (version, wrong_sums) = ReadVersion
+            .parse_leniently(&message)
+            .expect("all keys are there");
+        assert_eq!((version.serial.as_str(), wrong_sums), ("H0706400", 1));
+    }
+
+    #[test]
+    fn a_missing_key_is_named() {
+        let error = ReadVersion
+            .parse(&message(b"VV\n00P\nPROT:SCIP 2.0;N\n\n"))
+            .expect_err("four keys are missing");
+        assert_eq!(
+            error,
+            ReplyError::MissingKey {
+                key: "VEND",
+                command: Command::Version
+            }
+        );
+    }
+}

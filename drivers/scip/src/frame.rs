@@ -1,0 +1,232 @@
+//! Bytes in any chunking become messages. A message is every line up to an empty one: the echo, the status, the lines.
+//! Protocol section 3.
+//!
+//! Memory is bounded whatever comes: a line or a message that grows past the limits of [`constants`](crate::constants)
+//! is dropped, and reading starts again after the next empty line.
+
+use crate::Instant;
+use crate::constants::{LF, MAX_LINE_BYTES, MAX_MESSAGE_BYTES};
+use crate::error::ReplyError;
+use crate::status::StatusCode;
+
+/// One reply as it came: never empty, sums not yet checked.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Message {
+    /// The lines, each with its LF; the closing empty line is not kept.
+    bytes: Vec<u8>,
+    /// Instant of the input that carried the first byte.
+    pub first_byte_at: Instant,
+    /// Instant of the input that carried the closing empty line.
+    pub last_byte_at: Instant,
+}
+
+impl Message {
+    /// The first complete message in `bytes`, as if all of it had come at `at`.
+    #[must_use]
+    pub fn first_in(bytes: &[u8], at: Instant) -> Option<Self> {
+        Framer::default().take(&mut &*bytes, at)
+    }
+
+    /// All lines, without their LF.
+    pub fn lines(&self) -> impl Iterator<Item = &[u8]> {
+        let body = self.bytes.strip_suffix(&[LF]).unwrap_or(&self.bytes);
+        body.split(|byte| *byte == LF)
+    }
+
+    /// The first line: what the device says it was asked.
+    #[must_use]
+    pub fn echo(&self) -> &[u8] {
+        self.lines().next().unwrap_or_default()
+    }
+
+    /// The second line, its sum checked unless it is the single character of SCIP 1.1.
+    ///
+    /// # Errors
+    /// [`ReplyError::NoStatus`] if there is none, [`ReplyError::Length`] or [`ReplyError::Sum`] if it is damaged.
+    pub fn status(&self) -> Result<StatusCode, ReplyError> {
+        let line = self.lines().nth(1).ok_or_else(|| ReplyError::NoStatus {
+            echo: self.echo().into(),
+        })?;
+        StatusCode::from_line(line)
+    }
+
+    /// The lines after the status, each still with its sum.
+    pub fn body(&self) -> impl Iterator<Item = &[u8]> {
+        self.lines().skip(2)
+    }
+}
+
+/// Collects bytes into [`Message`]s and never holds more than `MAX_MESSAGE_BYTES`.
+#[derive(Debug, Default)]
+pub struct Framer {
+    buffer: Vec<u8>,
+    line_bytes: usize,
+    skipping: bool,
+    first_byte_at: Instant,
+    overruns: u64,
+}
+
+impl Framer {
+    /// Consumes `input` up to the end of the first message, which it gives, or wholly. Call again until `input` is empty.
+    pub fn take(&mut self, input: &mut &[u8], now: Instant) -> Option<Message> {
+        while !input.is_empty() {
+            let Some(at) = input.iter().position(|byte| *byte == LF) else {
+                self.extend_line(input, now);
+                *input = &[];
+                return None;
+            };
+            let (piece, rest) = input.split_at(at);
+            self.extend_line(piece, now);
+            *input = rest.strip_prefix(&[LF]).unwrap_or(rest);
+            if let Some(message) = self.end_line(now) {
+                return Some(message);
+            }
+        }
+        None
+    }
+
+    /// Forgets a half-read message, as after opening the port again.
+    pub fn clear(&mut self) {
+        self.buffer.clear();
+        self.line_bytes = 0;
+        self.skipping = false;
+    }
+
+    /// How many lines or messages were dropped because they grew past the limits.
+    #[must_use]
+    pub fn overruns(&self) -> u64 {
+        self.overruns
+    }
+
+    /// Bytes held at the moment, at most `MAX_MESSAGE_BYTES`.
+    #[must_use]
+    pub fn held_bytes(&self) -> usize {
+        self.buffer.len()
+    }
+
+    fn extend_line(&mut self, piece: &[u8], now: Instant) {
+        self.line_bytes = self.line_bytes.saturating_add(piece.len());
+        if self.skipping || piece.is_empty() {
+            return;
+        }
+        // One more byte for the line's own LF.
+        if self.line_bytes > MAX_LINE_BYTES
+            || self.buffer.len() + piece.len() + 1 > MAX_MESSAGE_BYTES
+        {
+            self.buffer = Vec::new();
+            self.skipping = true;
+            self.overruns += 1;
+            return;
+        }
+        if self.buffer.is_empty() {
+            self.first_byte_at = now;
+        }
+        self.buffer.extend_from_slice(piece);
+    }
+
+    fn end_line(&mut self, now: Instant) -> Option<Message> {
+        if std::mem::take(&mut self.line_bytes) > 0 {
+            if !self.skipping {
+                self.buffer.push(LF);
+            }
+            return None;
+        }
+        self.skipping = false;
+        if self.buffer.is_empty() {
+            return None;
+        }
+        let bytes = std::mem::take(&mut self.buffer);
+        Some(Message {
+            bytes,
+            first_byte_at: self.first_byte_at,
+            last_byte_at: now,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn messages(framer: &mut Framer, mut input: &[u8], now: Instant) -> Vec<Message> {
+        let mut all = Vec::new();
+        while let Some(message) = framer.take(&mut input, now) {
+            all.push(message);
+        }
+        all
+    }
+
+    #[test]
+    fn a_message_is_echo_status_and_body() {
+        let message = Message::first_in(b"TM1\n00P\n<SfkP\n\n", Instant::ZERO).expect("complete");
+        assert_eq!(message.echo(), b"TM1");
+        assert_eq!(
+            message.status().expect("sum is right"),
+            StatusCode::Code(*b"00")
+        );
+        assert_eq!(message.body().collect::<Vec<_>>(), [b"<SfkP"]);
+    }
+
+    #[test]
+    fn the_first_byte_keeps_its_instant() {
+        let mut framer = Framer::default();
+        let at = Instant::from_millis;
+        assert!(messages(&mut framer, b"B", at(10)).is_empty());
+        assert!(messages(&mut framer, b"M\n02R\n", at(20)).is_empty());
+        let got = messages(&mut framer, b"\nQ", at(30));
+        assert_eq!(
+            (got[0].first_byte_at, got[0].last_byte_at),
+            (at(10), at(30))
+        );
+        let got = messages(&mut framer, b"T\n00P\n\n", at(40));
+        assert_eq!(
+            (got[0].first_byte_at, got[0].last_byte_at),
+            (at(30), at(40))
+        );
+    }
+
+    #[test]
+    fn stray_empty_lines_are_no_messages() {
+        let mut framer = Framer::default();
+        assert_eq!(
+            messages(
+                &mut framer,
+                b"\n\n\nQT\n00P\n\n\n\nBM\n00P\n\n",
+                Instant::ZERO
+            )
+            .len(),
+            2
+        );
+    }
+
+    #[test]
+    fn an_endless_line_is_dropped_and_reading_starts_again_at_the_empty_line() {
+        let mut framer = Framer::default();
+        for _ in 0..1000 {
+            assert!(messages(&mut framer, &[0xFF; 999], Instant::ZERO).is_empty());
+            assert!(framer.held_bytes() <= MAX_MESSAGE_BYTES);
+        }
+        let got = messages(&mut framer, b"x\nQT\n00P\n\nQT\n00P\n\n", Instant::ZERO);
+        assert_eq!(got.len(), 1);
+        assert_eq!(framer.overruns(), 1);
+    }
+
+    #[test]
+    fn endless_short_lines_are_dropped_too() {
+        let mut framer = Framer::default();
+        for _ in 0..100_000 {
+            assert!(messages(&mut framer, b"abc\n", Instant::ZERO).is_empty());
+            assert!(framer.held_bytes() <= MAX_MESSAGE_BYTES);
+        }
+        assert_eq!(
+            messages(&mut framer, b"\nQT\n00P\n\n", Instant::ZERO).len(),
+            1
+        );
+    }
+
+    #[test]
+    fn a_message_without_status_says_so() {
+        let message = Message::first_in(b"QT\n\n", Instant::ZERO).expect("complete");
+        assert!(matches!(message.status(), Err(ReplyError::NoStatus { .. })));
+    }
+}

@@ -1,0 +1,178 @@
+//! Set-up shared by this crate's integration tests.
+#![allow(dead_code, reason = "each test file uses its part")]
+
+use std::path::PathBuf;
+
+use scip::encoding::{encode, sum};
+use scip::{Action, Event, Instant, Sensor};
+
+/// A recording's bytes; `None`, with the reason printed, where the data is absent and not required.
+pub fn recording(name: &str) -> Option<Vec<u8>> {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
+    let root =
+        std::env::var_os("PATROLD_DATA").map_or_else(|| PathBuf::from(beside), PathBuf::from);
+    let path = root.join("recordings").join(name);
+    match std::fs::read(&path) {
+        Ok(bytes) => Some(bytes),
+        Err(error) => {
+            let required =
+                std::env::var_os("PATROLD_REQUIRE_DATA").is_some_and(|value| value == "1");
+            assert!(!required, "{}: {error}", path.display());
+            eprintln!("skipped: {}: {error}", path.display());
+            None
+        }
+    }
+}
+
+/// Seeded numbers (splitmix64), the same on every machine.
+pub struct Dice(pub u64);
+
+impl Dice {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    pub fn below(&mut self, bound: usize) -> usize {
+        (self.next() % bound as u64) as usize
+    }
+}
+
+/// Cuts `bytes` in chunks of 1 to `longest`.
+pub fn chunks(bytes: &[u8], longest: usize, dice: &mut Dice) -> Vec<Vec<u8>> {
+    let mut rest = bytes;
+    let mut all = Vec::new();
+    while !rest.is_empty() {
+        let (chunk, after) = rest.split_at((1 + dice.below(longest)).min(rest.len()));
+        all.push(chunk.to_vec());
+        rest = after;
+    }
+    all
+}
+
+/// A line with its sum and LF.
+pub fn summed(body: &str) -> String {
+    format!("{body}{}\n", char::from(sum(body.as_bytes())))
+}
+
+/// A scan message as a device sends it.
+pub fn scan_message(echo: &str, status: &str, stamp_ms: u32, ranges: &[u32]) -> Vec<u8> {
+    let mut text = format!("{echo}\n{}", summed(status));
+    let stamp = encode::<4>(stamp_ms).expect("24 bits");
+    text += &summed(std::str::from_utf8(&stamp).expect("ASCII"));
+    let characters: Vec<u8> = ranges
+        .iter()
+        .flat_map(|range| encode::<3>(*range).expect("18 bits"))
+        .collect();
+    for piece in characters.chunks(64) {
+        text += &summed(std::str::from_utf8(piece).expect("ASCII"));
+    }
+    text.push('\n');
+    text.into_bytes()
+}
+
+pub const VV: &str = "VV\n00P\nVEND:Hokuyo Automatic Co.,Ltd.;[\nPROD:SOKUIKI Sensor URG-04LX;[\n\
+    FIRM:3.1.04(02/Aug./2007);a\nPROT:SCIP 2.0;N\nSERI:H0706400;F\n\n";
+pub const PP: &str = "PP\n00P\nMODL:URG-04LX(Hokuyo Automatic Co.,Ltd.);N\nDMIN:20;4\nDMAX:5600;_\nARES:1024;\\\n\
+    AMIN:44;7\nAMAX:725;o\nAFRT:384;6\nSCAN:600;e\n\n";
+pub const II: &str = "II\n00P\nMODL:URG-04LX(Hokuyo Automatic Co.,Ltd.);N\nLASR:OFF;7\n\
+    SCSP:Initial(600[rpm])<-Default setting by user;A\nMESM:IDLE;:\nSBPS:19200[bps]<-Default setting by user;A\n\
+    TIME:001957;O\nSTAT:Sensor works well.;8\n\n";
+
+/// Drains all actions: what was sent, as text, and the events.
+pub fn drain(sensor: &mut Sensor) -> (Vec<String>, Vec<Event>) {
+    let (mut sent, mut events) = (Vec::new(), Vec::new());
+    while let Some(action) = sensor.poll_action() {
+        match action {
+            Action::Send(bytes) => sent.push(String::from_utf8(bytes).expect("requests are ASCII")),
+            Action::Event(event) => events.push(event),
+        }
+    }
+    (sent, events)
+}
+
+/// A sensor and the instant it is at, driven by scripted lines.
+pub struct Story {
+    pub sensor: Sensor,
+    pub now: Instant,
+    pub events: Vec<Event>,
+}
+
+impl Story {
+    pub fn new(sensor: Sensor) -> Self {
+        Self {
+            sensor,
+            now: Instant::ZERO,
+            events: Vec::new(),
+        }
+    }
+
+    /// The driver must have sent exactly this since the last look.
+    pub fn expect_sent(&mut self, expected: &[&str]) {
+        let (sent, events) = drain(&mut self.sensor);
+        self.events.extend(events);
+        assert_eq!(
+            sent, expected,
+            "at {:?}, events {:?}",
+            self.now, self.events
+        );
+    }
+
+    /// The device answers, byte by byte, a millisecond each tenth byte.
+    pub fn reply(&mut self, bytes: impl AsRef<[u8]>) {
+        for (index, byte) in bytes.as_ref().iter().enumerate() {
+            if index % 10 == 9 {
+                self.now += Instant::from_millis(1);
+            }
+            self.sensor.handle_bytes(&[*byte], self.now);
+        }
+    }
+
+    /// Request and answer.
+    pub fn turn(&mut self, expected: &str, reply: impl AsRef<[u8]>) {
+        self.expect_sent(&[expected]);
+        self.now += Instant::from_millis(95);
+        self.reply(reply);
+    }
+
+    /// Nothing comes: time goes on to the deadline.
+    pub fn silence(&mut self) {
+        self.now = self
+            .sensor
+            .deadline()
+            .expect("something is waited for")
+            .max(self.now);
+        self.sensor.handle_deadline(self.now);
+    }
+
+    /// The events so far; they are forgotten.
+    pub fn take_events(&mut self) -> Vec<Event> {
+        self.expect_sent(&[]);
+        std::mem::take(&mut self.events)
+    }
+
+    /// From `RS` to connected.
+    pub fn identify(&mut self) {
+        self.turn("RS\n", "RS\n00P\n\n");
+        self.turn("VV\n", VV);
+        self.turn("PP\n", PP);
+        self.turn("II\n", II);
+        let events = self.take_events();
+        assert!(
+            matches!(events.last(), Some(Event::Connected(_))),
+            "{events:?}"
+        );
+    }
+
+    /// A connected sensor, by the shortest way.
+    pub fn connected(sensor: Sensor) -> Self {
+        let mut story = Self::new(sensor);
+        story.sensor.connect(story.now);
+        story.turn("QT\n", "QT\n00P\n\n");
+        story.identify();
+        story
+    }
+}

@@ -1,0 +1,223 @@
+//! Whatever comes: no panic, bounded memory, and no message with a wrong sum becomes a scan.
+
+mod common;
+
+use common::{Dice, Story, chunks, drain, scan_message};
+use scip::constants::MAX_MESSAGE_BYTES;
+use scip::encoding::checked_body;
+use scip::{Coding, Event, Framer, Instant, Sensor, SensorOptions, StreamPlan};
+
+const ECHO: &str = "MD0044012501000";
+const PLAN: StreamPlan = StreamPlan {
+    first_step: 44,
+    last_step: 125,
+    cluster: 1,
+    interval: 0,
+    coding: Coding::ThreeCharacter,
+};
+
+/// Options under which the dialogue does not give up however bad the line.
+fn patient() -> SensorOptions {
+    SensorOptions {
+        damaged_in_a_row: u8::MAX,
+        jumps_in_a_row: u8::MAX,
+        stale_repeats: u8::MAX,
+        ..Default::default()
+    }
+}
+
+fn streaming(options: SensorOptions) -> Story {
+    let mut story = Story::connected(Sensor::new(options));
+    story.sensor.start_streaming(PLAN, story.now).expect("idle");
+    story.turn("MD0044012501000\n", "MD0044012501000\n00P\n\n");
+    assert_eq!(story.take_events(), [Event::Streaming]);
+    story
+}
+
+fn scans(count: u32, dice: &mut Dice) -> Vec<(u32, Vec<u32>)> {
+    (0..count)
+        .map(|k| {
+            (
+                1000 + 100 * k,
+                (0..82).map(|_| dice.below(5600) as u32).collect(),
+            )
+        })
+        .collect()
+}
+
+#[test]
+fn seeded_garbage_at_every_stage() {
+    for seed in 0..200 {
+        let mut dice = Dice(seed);
+        let mut story = if seed % 2 == 0 {
+            streaming(patient())
+        } else {
+            Story::new(Sensor::new(patient()))
+        };
+        if seed % 4 == 1 {
+            story.sensor.connect(story.now);
+        }
+        // Alphabets from "all bytes" to "nearly the protocol's own".
+        let alphabet: Vec<u8> = match seed % 3 {
+            0 => (0..=255).collect(),
+            1 => b"\n\n\n09MD4QTP:;EVIRS".to_vec(),
+            _ => (0x30..0x70).chain([b'\n']).collect(),
+        };
+        let garbage: Vec<u8> = (0..20_000)
+            .map(|_| alphabet[dice.below(alphabet.len())])
+            .collect();
+        for chunk in chunks(&garbage, 500, &mut dice) {
+            story.now += Instant::from_millis(7);
+            story.sensor.handle_bytes(&chunk, story.now);
+            story.sensor.handle_deadline(story.now);
+            let (_, events) = drain(&mut story.sensor);
+            assert!(
+                !events
+                    .iter()
+                    .any(|event| matches!(event, Event::Scan { .. })),
+                "seed {seed}"
+            );
+        }
+    }
+}
+
+#[test]
+fn floods_without_an_end_never_grow_memory() {
+    for flood in [
+        &[0xFF_u8; 4096][..],
+        &[b'0'; 4096],
+        &[0; 4096],
+        &b"0123456\n".repeat(512),
+    ] {
+        let mut framer = Framer::default();
+        for _ in 0..1000 {
+            assert_eq!(framer.take(&mut &*flood, Instant::ZERO), None);
+            assert!(framer.held_bytes() <= MAX_MESSAGE_BYTES);
+        }
+        assert_eq!(
+            framer.overruns(),
+            1,
+            "one flood is one overrun, however long"
+        );
+
+        // In the dialogue too: the scan after the next empty line is taken.
+        let mut story = streaming(SensorOptions::default());
+        story.sensor.handle_bytes(flood, story.now);
+        story.sensor.handle_bytes(&flood.repeat(8), story.now);
+        story.sensor.handle_bytes(b"\n\n", story.now);
+        story.reply(scan_message(ECHO, "99", 1000, &[500; 82]));
+        let (_, events) = drain(&mut story.sensor);
+        assert!(
+            matches!(events.last(), Some(Event::Scan { .. })),
+            "{events:?}"
+        );
+    }
+}
+
+/// The scans among `stream`'s lines whose every sum is right and that are whole, found without the driver's parser.
+fn intact(stream: &[u8], originals: &[Vec<u8>]) -> usize {
+    let text = stream
+        .split_inclusive(|byte| *byte == b'\n')
+        .collect::<Vec<_>>();
+    let mut found = 0;
+    let mut message: Vec<u8> = Vec::new();
+    for line in text {
+        message.extend_from_slice(line);
+        if line == b"\n" {
+            found += usize::from(originals.contains(&message));
+            message.clear();
+        }
+    }
+    found
+}
+
+#[test]
+fn one_flipped_bit_costs_its_scan_and_no_more_than_its_neighbour() {
+    let mut dice = Dice(11);
+    let scans = scans(3, &mut dice);
+    let originals: Vec<Vec<u8>> = scans
+        .iter()
+        .map(|(stamp, ranges)| scan_message(ECHO, "99", *stamp, ranges))
+        .collect();
+    let clean = originals.concat();
+    for position in 0..clean.len() {
+        let mut stream = clean.clone();
+        stream[position] ^= 1 << dice.below(8);
+        let mut story = streaming(patient());
+        story.sensor.handle_bytes(&stream, story.now);
+        let mut accepted = 0;
+        for event in drain(&mut story.sensor).1 {
+            if let Event::Scan { scan, .. } = event {
+                assert!(
+                    scans.contains(&(scan.stamp_ms, scan.ranges)),
+                    "a scan nobody sent, position {position}"
+                );
+                accepted += 1;
+            }
+        }
+        assert_eq!(accepted, intact(&stream, &originals), "position {position}");
+        assert!(accepted >= 1, "position {position}");
+    }
+}
+
+#[test]
+fn many_flips_drops_and_insertions_never_make_a_scan_with_a_wrong_sum() {
+    for seed in 0..300 {
+        let mut dice = Dice(1000 + seed);
+        let scans = scans(20, &mut dice);
+        let mut stream: Vec<u8> = scans
+            .iter()
+            .flat_map(|(stamp, ranges)| scan_message(ECHO, "99", *stamp, ranges))
+            .collect();
+        for _ in 0..dice.below(12) {
+            let at = dice.below(stream.len());
+            match dice.below(4) {
+                0 => stream[at] ^= 1 << dice.below(8),
+                1 => drop(stream.remove(at)),
+                2 => stream.insert(at, dice.below(256) as u8),
+                _ => stream.truncate(stream.len() - dice.below(50)),
+            }
+        }
+        let mut story = streaming(patient());
+        for chunk in chunks(&stream, 300, &mut dice) {
+            story.sensor.handle_bytes(&chunk, story.now);
+        }
+        // Ask the bytes themselves: the messages whose every line after the echo verifies.
+        let mut verified = Vec::new();
+        let mut framer = Framer::default();
+        let mut rest = stream.as_slice();
+        while let Some(message) = framer.take(&mut rest, Instant::ZERO) {
+            if message
+                .lines()
+                .skip(1)
+                .all(|line| checked_body(line).is_ok())
+            {
+                verified.push(message);
+            }
+        }
+        let accepted = drain(&mut story.sensor)
+            .1
+            .into_iter()
+            .filter_map(|event| match event {
+                Event::Scan { scan, .. } => Some(scan),
+                _ => None,
+            })
+            .collect::<Vec<_>>();
+        assert!(accepted.len() <= verified.len(), "seed {seed}");
+        for scan in accepted {
+            let original = scan_message(ECHO, "99", scan.stamp_ms, &scan.ranges);
+            let same = |message: &scip::Message| message.lines().eq(lines(&original));
+            assert!(
+                verified.iter().any(same),
+                "seed {seed}: accepted though not verified"
+            );
+        }
+    }
+}
+
+fn lines(message: &[u8]) -> impl Iterator<Item = &[u8]> {
+    message
+        .strip_suffix(b"\n\n")
+        .expect("complete")
+        .split(|byte| *byte == b'\n')
+}
