@@ -112,7 +112,7 @@ impl Twin {
     }
 
     /// Lets everything happen that falls due up to `now`. `surroundings` are asked for a revolution only where a scan
-    /// is sent.
+    /// is sent. A leap of more than some 50 s of unread scans loses the later ones, as with a host that does not read.
     pub fn advance(&mut self, now: Instant, surroundings: &mut dyn Surroundings) {
         self.now = self.now.max(now);
         while let Some((t, work)) = self.next_work().filter(|(t, _)| *t <= self.now) {
@@ -253,7 +253,7 @@ impl Twin {
                 );
             }
             Some((Fault::BrownOut, _)) => self.power_up(t),
-            Some((Fault::TimerJump { by_ms }, _)) => self.timer.jump(by_ms),
+            Some((Fault::TimerJump { by_ms }, _)) => self.timer.jump(by_ms, t),
             _ => {}
         }
     }

@@ -122,14 +122,14 @@ mod tests {
 
     #[test]
     fn a_partial_group_counts() {
-        // 5432 is 1Dh, 1234 in three characters 0CB.
-        assert_eq!(told(window(2, 2, false), &[5432, 5500, 1234]), "1Dh0CBS\n");
-        assert_eq!(told(window(2, 99, false), &[5432, 5500, 1234]), "0CBE\n");
+        // 5432 is 1Dh, 1234 in three characters 0CB; byte totals 402 and 181.
+        assert_eq!(told(window(2, 2, false), &[5432, 5500, 1234]), "1Dh0CBB\n");
+        assert_eq!(told(window(2, 99, false), &[5432, 5500, 1234]), "0CBe\n");
     }
 
     #[test]
     fn two_characters_end_at_4095() {
-        assert_eq!(told(window(1, 1, true), &[4096, 1234]), "ooCBc\n");
+        assert_eq!(told(window(1, 1, true), &[4096, 1234]), "ooCBS\n");
     }
 
     #[test]
