@@ -137,9 +137,7 @@ impl Twin {
             .filter(|_| long && stream.sent == REHEARSAL_AFTER_SCANS);
         let (status, time, resumes) = match (self.faults.verification(t), played) {
             (Some((status, time)), _) => (status, time, true),
-            (None, Some(Rehearsal::Recovers)) if stream.pause.is_none() => {
-                (VERIFY_STATUS, VERIFY_TIME, true)
-            }
+            (None, Some(Rehearsal::Recovers)) => (VERIFY_STATUS, VERIFY_TIME, true),
             (None, Some(Rehearsal::Fails)) => (VERIFY_STATUS, VERIFY_TIME, false),
             (None, Some(Rehearsal::FailsAtOnce)) => {
                 self.fail(
@@ -155,7 +153,7 @@ impl Twin {
             _ => return false,
         };
         stream.pause = Some(Pause {
-            until: t + time,
+            until: t.saturating_add(time),
             resumes,
         });
         self.state.laser = false;

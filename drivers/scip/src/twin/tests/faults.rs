@@ -210,10 +210,10 @@ fn rehearsals() {
 fn absurd_times_do_no_harm() {
     let mut bench = streaming();
     for spec in [
-        "verify:for=1e19",
-        "hardware:at=1e19,for=1e19",
-        "garbage:at=1e19,for=1e19",
-        "silence:at=1e19,for=1e19",
+        "verify:for=18446744073709550000",
+        "hardware:at=18446744073709550000,for=18446744073709550000",
+        "garbage:at=18446744073709550000,for=18446744073709550000",
+        "silence:at=18446744073709550000,for=18446744073709550000",
     ] {
         bench.inject(spec);
     }
