@@ -58,3 +58,6 @@ pub use status::{Command, Meaning, StatusCode};
 /// Time since an origin the caller chose, on a clock that never goes back. All instants given to one [`Sensor`] must
 /// share that origin.
 pub type Instant = std::time::Duration;
+//! Hokuyo SCIP 2.0, sans-IO: bytes and instants in, actions out.
+
+pub mod twin;

@@ -1,0 +1,16 @@
+//! What the head looks at.
+
+use std::time::Duration;
+
+use super::Instant;
+
+/// The world as the twin's head sees it.
+pub trait Surroundings {
+    /// What the head reads at each step of one revolution.
+    ///
+    /// `start` is the instant at which the head passes step 0; step `n` is measured at `start + n * period / 1024`.
+    /// Fill `out[n]` for `n` in `0..=768` with a range in millimetres or with a code below 20 (protocol section 7).
+    /// `out` has 769 elements and comes filled with code 0 (nothing there). Steps outside the sensor's measuring
+    /// window are replaced by code 19 afterwards.
+    fn revolve(&mut self, start: Instant, period: Duration, out: &mut [u32]);
+}

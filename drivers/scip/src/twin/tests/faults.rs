@@ -1,0 +1,222 @@
+//! Faults, as they look from the other end.
+
+use super::*;
+
+fn streaming() -> Bench {
+    let mut bench = Bench::new(exact(StartState::Streaming));
+    bench.run(150 * MS);
+    bench
+}
+
+fn wrong_sums(message: &[String]) -> usize {
+    let wrong = message[1..].iter().filter(|line| {
+        let (body, sum) = line.split_at(line.len() - 1);
+        let total: u32 = body.bytes().map(u32::from).sum();
+        u32::from(sum.as_bytes()[0]) != total % 64 + 48
+    });
+    wrong.count()
+}
+
+#[test]
+fn bad_sums_are_counted_out() {
+    let mut bench = streaming();
+    bench.inject("bad-sum:count=2");
+    let wrong: Vec<usize> = messages(&bench.text(500 * MS))
+        .iter()
+        .map(|message| wrong_sums(message))
+        .collect();
+    assert_eq!(wrong, [1, 1, 0, 0, 0]);
+}
+
+#[test]
+fn bytes_and_tails_go_missing() {
+    let mut bench = streaming();
+    bench.inject("dropped-byte");
+    assert_eq!(bench.text(200 * MS).len(), 2 * 2137 - 1);
+    bench.inject("truncated-scan");
+    let length = bench.text(100 * MS).len();
+    assert!((2137 / 4..=3 * 2137 / 4).contains(&length), "{length}");
+    assert_eq!(bench.text(100 * MS).len(), 2137);
+}
+
+#[test]
+fn stamps_repeat_or_ranges_freeze() {
+    let mut bench = streaming();
+    bench.inject("repeated-stamp:count=3");
+    assert_eq!(stamps(&bench.text(500 * MS)), [0, 0, 0, 400, 500]);
+    bench.inject("frozen-data:for=0.25");
+    bench.room.range_mm = 5432;
+    let text = bench.text(400 * MS);
+    let old: Vec<bool> = messages(&text)
+        .iter()
+        .map(|lines| lines[5].contains("0CB"))
+        .collect();
+    assert_eq!(old, [true, true, true, false]);
+    assert_eq!(stamps(&text), [600, 700, 800, 900]);
+}
+
+#[test]
+fn silence_for_a_while_and_for_good() {
+    let mut bench = streaming();
+    bench.inject("silence:at=0.3,for=0.4");
+    assert_eq!(
+        stamps(&bench.text(1000 * MS)),
+        [100, 200, 700, 800, 900, 1000]
+    );
+    bench.inject("silence");
+    assert_eq!(bench.ask("QT"), "");
+    bench.twin.power_cycle(bench.now);
+    assert_eq!(bench.ask("QT"), "QT\nE\n\n");
+}
+
+#[test]
+fn a_stop_to_verify_and_its_end() {
+    let mut bench = Bench::idle();
+    bench.inject("verify:at=0.3,status=31,for=0.35");
+    bench.send("MD0044072501006\n");
+    let text = bench.text(2000 * MS);
+    let told: Vec<String> = messages(&text)
+        .iter()
+        .map(|lines| format!("{} {}", &lines[0][13..], lines[1]))
+        .collect();
+    assert_eq!(
+        told,
+        [
+            "06 00P", "05 99b", "04 99b", "04 31T", "04 98a", "03 99b", "02 99b", "01 99b",
+            "00 99b"
+        ]
+    );
+    assert_eq!(stamps(&text), [100, 200, 800, 900, 1000, 1100]);
+}
+
+#[test]
+fn hardware_fails_until_power_comes_back() {
+    let mut bench = streaming();
+    bench.inject("hardware:status=63,at=0.3");
+    let text = bench.text(1000 * MS);
+    assert!(text.ends_with("MD0044072501000\n63Y\n\n"), "{text}");
+    assert!(!bench.twin.laser_on() && !bench.twin.streaming());
+    assert_eq!(bench.status("RS"), "00");
+    assert_eq!(bench.status("BM"), "01");
+    assert_eq!(bench.status("MD0044072501000"), "63");
+    bench.twin.power_cycle(bench.now);
+    bench.ask("SCIP2.0");
+    assert_eq!(bench.status("BM"), "00");
+}
+
+#[test]
+fn hardware_that_heals() {
+    let mut bench = Bench::idle();
+    bench.inject("hardware:for=0.5");
+    assert_eq!(bench.status("BM"), "01");
+    bench.run(500 * MS);
+    assert_eq!(bench.status("BM"), "00");
+}
+
+#[test]
+fn trouble_only_in_words() {
+    let mut bench = Bench::idle();
+    bench.inject("trouble-stat:count=1");
+    assert!(
+        bench
+            .ask("II")
+            .contains("\nSTAT:Trouble!! Error No. =[00->33];")
+    );
+    assert!(bench.ask("II").contains("\nSTAT:Sensor works well.;8\n"));
+}
+
+#[test]
+fn a_brown_out_falls_back_to_scip1() {
+    let mut bench = streaming();
+    bench.inject("brown-out:at=0.28");
+    bench.run(1000 * MS);
+    assert!(!bench.twin.streaming());
+    assert_eq!(bench.twin.timer_ms(bench.now), 870);
+    assert_eq!(bench.ask("QT"), "QT\nE\n\n");
+    let mut bench = Bench::ug01();
+    bench.ask("MD0044072501000");
+    bench.inject("brown-out");
+    bench.run(200 * MS);
+    assert_eq!(bench.ask("QT"), "QT\n00P\n\n");
+}
+
+#[test]
+fn the_window_is_covered() {
+    let mut bench = streaming();
+    bench.inject("covered:count=1");
+    bench.inject("half-covered:at=0.25,count=1");
+    let text = messages(&bench.text(300 * MS));
+    let values = |lines: &[String]| {
+        let joined: String = lines[3..]
+            .iter()
+            .map(|line| &line[..line.len() - 1])
+            .collect();
+        joined
+            .as_bytes()
+            .chunks(3)
+            .map(|value| decode(std::str::from_utf8(value).expect("ascii")))
+            .collect::<Vec<u32>>()
+    };
+    assert!(values(&text[0]).iter().all(|value| *value == 1));
+    let half = values(&text[1]);
+    assert!(
+        half[..340].iter().all(|value| *value == 1234)
+            && half[340..].iter().all(|value| *value == 1)
+    );
+    assert!(values(&text[2]).iter().all(|value| *value == 1234));
+}
+
+#[test]
+fn the_timer_jumps() {
+    let mut bench = streaming();
+    bench.inject("timer-jump:by=2,at=0.25");
+    assert_eq!(stamps(&bench.text(350 * MS)), [100, 200, 2300, 2400]);
+}
+
+#[test]
+fn garbage_without_request() {
+    let mut bench = Bench::idle();
+    bench.inject("garbage:at=0.5,count=2");
+    assert_eq!(
+        bench
+            .run(1000 * MS)
+            .iter()
+            .map(|output| output.bytes.len())
+            .collect::<Vec<_>>(),
+        [48, 48]
+    );
+    assert_eq!(bench.twin.next_event(), None);
+}
+
+#[test]
+fn rehearsals() {
+    let run = |rehearsal: &str| {
+        let mut bench = Bench::ug01();
+        bench.ask(rehearsal);
+        bench.send("MD0044072501030\n");
+        let text = bench.text(6000 * MS);
+        messages(&text)
+            .iter()
+            .map(|lines| lines[1].clone())
+            .filter(|status| status != "99b")
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(run("DB03"), ["00P", "21S", "98a"]);
+    assert_eq!(run("DB04"), ["00P", "21S", "50U"]);
+    assert_eq!(run("DB05"), ["00P", "50U"]);
+}
+
+#[test]
+fn absurd_times_do_no_harm() {
+    let mut bench = streaming();
+    for spec in [
+        "verify:for=18446744073709550000",
+        "hardware:at=18446744073709550000,for=18446744073709550000",
+        "garbage:at=18446744073709550000,for=18446744073709550000",
+        "silence:at=18446744073709550000,for=18446744073709550000",
+    ] {
+        bench.inject(spec);
+    }
+    bench.run(1000 * MS);
+    assert_eq!(bench.ask("QT"), "QT\n00P\n\n");
+}

@@ -1,0 +1,129 @@
+//! Anything may come down the line.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::twin::Fault;
+
+/// Bytes that are often nearly a request.
+fn bytes() -> impl Strategy<Value = Vec<u8>> {
+    let token = prop_oneof![
+        prop::sample::select(vec![
+            &b"VV"[..],
+            b"PP",
+            b"II",
+            b"BM",
+            b"QT",
+            b"RS",
+            b"TM0",
+            b"TM1",
+            b"TM2",
+            b"SS115200",
+            b"CR05",
+            b"HS1",
+            b"DB04",
+            b"GD0044072501",
+            b"GS0000076805",
+            b"MD0044072501000",
+            b"MS0100020003199",
+            b"SCIP2.0",
+            b"V",
+            b";tag",
+            b"\n",
+            b"\n",
+            b"\n",
+            b"\r",
+        ])
+        .prop_map(<[u8]>::to_vec),
+        prop::collection::vec(any::<u8>(), 0..80),
+    ];
+    prop::collection::vec(token, 0..60).prop_map(|tokens| tokens.concat())
+}
+
+fn options() -> impl Strategy<Value = TwinOptions> {
+    let link = prop_oneof![Just(Link::Usb), Just(Link::Serial { baud: 19_200 })];
+    let state = prop::sample::select(vec![
+        StartState::PowerUp,
+        StartState::Idle,
+        StartState::LaserOn,
+        StartState::Streaming,
+        StartState::TimeAdjust,
+    ]);
+    (link, state, any::<bool>(), any::<u64>()).prop_map(|(link, start_state, ug01, seed)| {
+        TwinOptions {
+            profile: if ug01 {
+                Profile::urg_04lx_ug01()
+            } else {
+                Profile::urg_04lx()
+            },
+            link,
+            start_state,
+            seed,
+            ..TwinOptions::default()
+        }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn byte_by_byte_is_the_same_as_whole(options in options(), bytes in bytes()) {
+        let mut whole = Bench::new(options.clone());
+        whole.twin.handle_bytes(&bytes, Duration::ZERO);
+        let mut single = Bench::new(options);
+        for byte in &bytes {
+            single.twin.handle_bytes(&[*byte], Duration::ZERO);
+        }
+        prop_assert_eq!(whole.run(2000 * MS), single.run(2000 * MS));
+    }
+
+    #[test]
+    fn one_leap_is_the_same_as_many_steps(options in options(), bytes in bytes()) {
+        let mut steps = Bench::new(options.clone());
+        steps.twin.handle_bytes(&bytes, Duration::ZERO);
+        let mut leap = Bench::new(options);
+        leap.twin.handle_bytes(&bytes, Duration::ZERO);
+        leap.now = 3000 * MS;
+        leap.twin.advance(leap.now, &mut leap.room);
+        let leapt: Vec<Output> = std::iter::from_fn(|| leap.twin.poll_output()).collect();
+        let mut stepped = steps.run(2999 * MS);
+        stepped.extend(steps.run(MS));
+        prop_assert_eq!(stepped, leapt);
+    }
+
+    #[test]
+    fn nothing_panics_whatever_comes(options in options(), parts in prop::collection::vec((bytes(), 0u64..400), 0..12)) {
+        let mut bench = Bench::new(options);
+        for (index, kind) in Fault::kinds().enumerate() {
+            bench.inject(&format!("{kind}:at={}", index as f64 * 0.2));
+        }
+        for (bytes, wait) in parts {
+            bench.twin.handle_bytes(&bytes, bench.now);
+            for output in bench.run(wait as u32 * MS) {
+                prop_assert!(output.bytes.len() <= 256);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_flood_without_end_costs_bounded_memory() {
+    let mut bench = Bench::new(exact(StartState::Streaming));
+    let flood: Vec<u8> = (0..1 << 16)
+        .map(|index: u32| (index.wrapping_mul(2_654_435_761) >> 24) as u8)
+        .collect();
+    for _ in 0..200 {
+        bench.twin.handle_bytes(&flood, bench.now);
+        bench.now += 10 * MS;
+        bench.twin.advance(bench.now, &mut bench.room);
+    }
+    assert!(bench.twin.lost_replies() > 0);
+    bench
+        .twin
+        .advance(bench.now + Duration::from_secs(3600), &mut bench.room);
+    let waiting: usize = std::iter::from_fn(|| bench.twin.poll_output())
+        .map(|output| output.bytes.len())
+        .sum();
+    assert!(waiting <= 1 << 20, "{waiting}");
+}
