@@ -1,0 +1,543 @@
+//! PCD (Point Cloud Library, versions .5 to .7): `ascii`, `binary`, `binary_compressed`. `VIEWPOINT` is not applied:
+//! points are given as stored.
+
+use super::cloud::{CloudFile, FormatError};
+use super::lzf;
+use super::scalar::{Endian, Scalar};
+use super::text::{Lines, count, number, quoted, words};
+use nalgebra::{Point3, Vector3};
+
+const FORMAT: &str = "PCD";
+/// Larger `COUNT`s (the widest known descriptor has 1980) are taken for damage.
+const MAX_FIELD_COUNT: u64 = 1 << 20;
+
+/// One named column, possibly of several numbers.
+struct Field {
+    name: Vec<u8>,
+    scalar: Scalar,
+    count: usize,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Data {
+    Ascii,
+    Binary,
+    Compressed,
+}
+
+struct Header {
+    fields: Vec<Field>,
+    points: u64,
+    data: Data,
+}
+
+/// Whether the first line that is no comment is a PCD header line, or the first comment says `.PCD`.
+pub fn looks_like_pcd(bytes: &[u8]) -> bool {
+    let mut lines = Lines::new(bytes.get(..4096.min(bytes.len())).unwrap_or_default());
+    while let Some(line) = lines.next_filled() {
+        if line.starts_with(b"#") {
+            if words(line).any(|w| w == b".PCD") {
+                return true;
+            }
+            continue;
+        }
+        return matches!(
+            words(line).next(),
+            Some(b"VERSION" | b"FIELDS" | b"COLUMNS")
+        );
+    }
+    false
+}
+
+/// Reads a PCD.
+///
+/// # Errors
+/// [`FormatError`] if the header is broken or has no `x y z`, or the data end early or are damaged.
+pub fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
+    let mut lines = Lines::new(bytes);
+    let header = read_header(&mut lines)?;
+    let columns = Columns::of(&header, &lines)?;
+    match header.data {
+        Data::Ascii => read_ascii(&mut lines, &header, &columns),
+        Data::Binary => {
+            let stride: usize = header
+                .fields
+                .iter()
+                .map(|f| f.scalar.size() * f.count)
+                .sum();
+            let (points, needed) = sized(bytes, lines.at, &header, stride)?;
+            let body = lines.rest().get(..needed).unwrap_or_default();
+            Ok(columns.gather(
+                points,
+                |field| {
+                    let start = header.offset_in_point(field);
+                    (body, start, stride)
+                },
+                &header,
+            ))
+        }
+        Data::Compressed => read_compressed(bytes, lines.at, &header, &columns),
+    }
+}
+
+fn line_error(
+    lines: &Lines<'_>,
+    expected: impl Into<String>,
+    got: impl Into<String>,
+) -> FormatError {
+    FormatError::Line {
+        format: FORMAT,
+        line: lines.line.max(1),
+        expected: expected.into(),
+        got: got.into(),
+    }
+}
+
+fn byte_error(byte: usize, expected: impl Into<String>, got: impl Into<String>) -> FormatError {
+    FormatError::Byte {
+        format: FORMAT,
+        byte,
+        expected: expected.into(),
+        got: got.into(),
+    }
+}
+
+fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
+    let mut names: Vec<&[u8]> = Vec::new();
+    let (mut sizes, mut types, mut counts) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut width, mut height, mut points) = (None, None, None);
+    let data = loop {
+        let Some(line) = lines.next_filled() else {
+            return Err(line_error(lines, "a `DATA` line", "the end of the file"));
+        };
+        if line.starts_with(b"#") {
+            continue;
+        }
+        let mut words = words(line);
+        let keyword = words.next().unwrap_or_default();
+        let numbers = |words: &mut dyn Iterator<Item = &[u8]>| -> Option<Vec<u64>> {
+            words.map(|w| count(Some(w))).collect()
+        };
+        let bad = |expected: &str| Err(line_error(lines, expected, quoted(line)));
+        match keyword {
+            b"VERSION" | b"VIEWPOINT" => {}
+            b"FIELDS" | b"COLUMNS" => names = words.collect(),
+            b"TYPE" => types = words.collect(),
+            b"SIZE" => match numbers(&mut words) {
+                Some(given) => sizes = given,
+                None => return bad("whole numbers after `SIZE`"),
+            },
+            b"COUNT" => match numbers(&mut words) {
+                Some(given) if given.iter().all(|n| *n <= MAX_FIELD_COUNT) => counts = given,
+                _ => return bad("small whole numbers after `COUNT`"),
+            },
+            b"WIDTH" | b"HEIGHT" | b"POINTS" => {
+                let Some(given) = count(words.next()) else {
+                    return bad("a whole number after `WIDTH`, `HEIGHT`, `POINTS`");
+                };
+                match keyword {
+                    b"WIDTH" => width = Some(given),
+                    b"HEIGHT" => height = Some(given),
+                    _ => points = Some(given),
+                }
+            }
+            b"DATA" => match words.next() {
+                Some(b"ascii") => break Data::Ascii,
+                Some(b"binary") => break Data::Binary,
+                Some(b"binary_compressed") => break Data::Compressed,
+                _ => return bad("`DATA ascii|binary|binary_compressed`"),
+            },
+            _ => return bad("a PCD header line"),
+        }
+    };
+    if sizes.len() != names.len() || types.len() != names.len() {
+        let got = format!(
+            "{} FIELDS, {} SIZE, {} TYPE",
+            names.len(),
+            sizes.len(),
+            types.len()
+        );
+        return Err(line_error(lines, "one SIZE and TYPE per field", got));
+    }
+    if counts.is_empty() {
+        counts = vec![1; names.len()];
+    }
+    if counts.len() != names.len() {
+        let got = format!("{} FIELDS, {} COUNT", names.len(), counts.len());
+        return Err(line_error(lines, "one COUNT per field", got));
+    }
+    let mut fields = Vec::with_capacity(names.len());
+    for (((name, size), kind), count) in names.iter().zip(&sizes).zip(&types).zip(&counts) {
+        let scalar = match (*kind, size) {
+            (b"I", 1) => Scalar::I8,
+            (b"I", 2) => Scalar::I16,
+            (b"I", 4) => Scalar::I32,
+            (b"I", 8) => Scalar::I64,
+            (b"U", 1) => Scalar::U8,
+            (b"U", 2) => Scalar::U16,
+            (b"U", 4) => Scalar::U32,
+            (b"U", 8) => Scalar::U64,
+            (b"F", 4) => Scalar::F32,
+            (b"F", 8) => Scalar::F64,
+            _ => {
+                let got = format!("TYPE {} SIZE {size}", quoted(kind));
+                return Err(line_error(
+                    lines,
+                    "types I, U of 1, 2, 4, 8 or F of 4, 8 bytes",
+                    got,
+                ));
+            }
+        };
+        fields.push(Field {
+            name: name.to_vec(),
+            scalar,
+            count: usize::try_from(*count).unwrap_or(usize::MAX),
+        });
+    }
+    let area = width.map(|w| w.checked_mul(height.unwrap_or(1)));
+    let points = match (points, area) {
+        (Some(points), None) => points,
+        (None, Some(Some(area))) => area,
+        (Some(points), Some(Some(area))) if points == area => points,
+        (points, area) => {
+            let got = format!("POINTS {points:?}, WIDTH x HEIGHT {:?}", area.flatten());
+            return Err(line_error(lines, "POINTS equal to WIDTH x HEIGHT", got));
+        }
+    };
+    Ok(Header {
+        fields,
+        points,
+        data,
+    })
+}
+
+impl Header {
+    fn offset_in_point(&self, field: usize) -> usize {
+        self.fields
+            .iter()
+            .take(field)
+            .map(|f| f.scalar.size() * f.count)
+            .sum()
+    }
+}
+
+/// Which fields hold what.
+struct Columns {
+    xyz: [usize; 3],
+    normal: Option<[usize; 3]>,
+}
+
+impl Columns {
+    fn of(header: &Header, lines: &Lines<'_>) -> Result<Self, FormatError> {
+        let find = |name: &str| {
+            header
+                .fields
+                .iter()
+                .position(|f| f.name == name.as_bytes() && f.count == 1)
+        };
+        let three = |names: [&str; 3]| match names.map(find) {
+            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+            _ => None,
+        };
+        let xyz = three(["x", "y", "z"]).ok_or_else(|| {
+            let names: Vec<&[u8]> = header.fields.iter().map(|f| f.name.as_slice()).collect();
+            line_error(lines, "fields x y z", quoted(&names.join(&b' ')))
+        })?;
+        Ok(Self {
+            xyz,
+            normal: three(["normal_x", "normal_y", "normal_z"]),
+        })
+    }
+
+    /// `points` points out of binary columns; `column` gives for a field the bytes, the first offset, and the step.
+    fn gather<'a>(
+        &self,
+        points: usize,
+        column: impl Fn(usize) -> (&'a [u8], usize, usize),
+        header: &Header,
+    ) -> CloudFile {
+        let gather = |fields: [usize; 3]| {
+            let columns = fields.map(|f| (column(f), header.fields.get(f).map(|f| f.scalar)));
+            (0..points).map(move |i| {
+                columns.map(|((bytes, start, step), scalar)| {
+                    scalar
+                        .and_then(|s| s.read(bytes, start + i * step, Endian::Little))
+                        .unwrap_or(f64::NAN)
+                })
+            })
+        };
+        CloudFile {
+            points: gather(self.xyz).map(Point3::from).collect(),
+            normals: self.normal.map(|n| gather(n).map(Vector3::from).collect()),
+        }
+    }
+}
+
+fn read_ascii(
+    lines: &mut Lines<'_>,
+    header: &Header,
+    columns: &Columns,
+) -> Result<CloudFile, FormatError> {
+    // A point takes at least six bytes of text, so the file's own length bounds what a header may ask for.
+    let room = lines.rest().len() / 6 + 1;
+    let capacity = usize::try_from(header.points).unwrap_or(room).min(room);
+    let word_of = |field: usize| {
+        header
+            .fields
+            .iter()
+            .take(field)
+            .map(|f| f.count)
+            .sum::<usize>()
+    };
+    let xyz = columns.xyz.map(word_of);
+    let normal = columns.normal.map(|n| n.map(word_of));
+    let mut cloud = CloudFile {
+        points: Vec::with_capacity(capacity),
+        normals: normal.map(|_| Vec::with_capacity(capacity)),
+    };
+    let mut given: Vec<&[u8]> = Vec::new();
+    for seen in 0..header.points {
+        let Some(line) = lines.next_filled() else {
+            let expected = format!("{} points", header.points);
+            return Err(line_error(
+                lines,
+                expected,
+                format!("the end of the file after {seen}"),
+            ));
+        };
+        given.clear();
+        given.extend(words(line));
+        let three = |places: [usize; 3]| -> Result<[f64; 3], FormatError> {
+            let mut out = [0.0; 3];
+            for (out, place) in out.iter_mut().zip(places) {
+                let word = given.get(place);
+                *out = word.and_then(|w| number(w)).ok_or_else(|| {
+                    let got = word.map_or_else(|| "the end of the line".to_owned(), |w| quoted(w));
+                    line_error(lines, format!("a number as word {}", place + 1), got)
+                })?;
+            }
+            Ok(out)
+        };
+        cloud.points.push(Point3::from(three(xyz)?));
+        if let (Some(normal), Some(normals)) = (normal, &mut cloud.normals) {
+            normals.push(Vector3::from(three(normal)?));
+        }
+    }
+    Ok(cloud)
+}
+
+/// The number of points and the bytes they take, if the file has that many after `at`.
+fn sized(
+    bytes: &[u8],
+    at: usize,
+    header: &Header,
+    stride: usize,
+) -> Result<(usize, usize), FormatError> {
+    let rest = bytes.len().saturating_sub(at);
+    usize::try_from(header.points)
+        .ok()
+        .and_then(|n| Some((n, n.checked_mul(stride)?)))
+        .filter(|(_, needed)| *needed <= rest)
+        .ok_or_else(|| {
+            let expected = format!("{} points of {stride} bytes", header.points);
+            byte_error(
+                bytes.len(),
+                expected,
+                format!("the end of the file after {rest} bytes of data"),
+            )
+        })
+}
+
+fn read_compressed(
+    bytes: &[u8],
+    at: usize,
+    header: &Header,
+    columns: &Columns,
+) -> Result<CloudFile, FormatError> {
+    let size = |offset: usize| -> Result<usize, FormatError> {
+        let word = bytes.get(at + offset..).and_then(|b| b.first_chunk());
+        let word = word.ok_or_else(|| {
+            byte_error(bytes.len(), "two sizes of 4 bytes", "the end of the file")
+        })?;
+        Ok(u32::from_le_bytes(*word) as usize)
+    };
+    let (packed, expanded) = (size(0)?, size(4)?);
+    let stride: usize = header
+        .fields
+        .iter()
+        .map(|f| f.scalar.size() * f.count)
+        .sum();
+    if Some(expanded as u64) != header.points.checked_mul(stride as u64) {
+        let expected = format!("{} points of {stride} bytes after expansion", header.points);
+        return Err(byte_error(at + 4, expected, format!("{expanded} bytes")));
+    }
+    let body = bytes.get(at + 8..).unwrap_or_default();
+    let Some(body) = body.get(..packed) else {
+        let got = format!("the end of the file after {}", body.len());
+        return Err(byte_error(
+            bytes.len(),
+            format!("{packed} compressed bytes"),
+            got,
+        ));
+    };
+    let body = lzf::expand(body, expanded).ok_or_else(|| {
+        byte_error(
+            at + 8,
+            format!("LZF data of {expanded} bytes"),
+            "damaged data",
+        )
+    })?;
+    // Expanded data are stored field by field, not point by point.
+    let points = usize::try_from(header.points).unwrap_or(0);
+    let column = |field: usize| {
+        let size = header.fields.get(field).map_or(0, |f| f.scalar.size());
+        (
+            body.as_slice(),
+            header.offset_in_point(field) * points,
+            size,
+        )
+    };
+    Ok(columns.gather(points, column, header))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::read;
+    use crate::formats::read_cloud;
+    use nalgebra::{Point3, Vector3};
+    use proptest::prelude::*;
+
+    fn header(points: usize, data: &str) -> Vec<u8> {
+        format!(
+            "# .PCD v.7 - Point Cloud Data file format\nVERSION .7\nFIELDS x _ y normal_x normal_y normal_z z\n\
+             SIZE 4 1 8 4 4 4 4\nTYPE F U F F F F F\nCOUNT 1 3 1 1 1 1 1\nWIDTH {points}\nHEIGHT 1\n\
+             VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {points}\nDATA {data}\n"
+        )
+        .into_bytes()
+    }
+
+    /// LZF with literals only.
+    fn pack(data: &[u8]) -> Vec<u8> {
+        data.chunks(32)
+            .flat_map(|c| std::iter::once(c.len() as u8 - 1).chain(c.iter().copied()))
+            .collect()
+    }
+
+    fn encode(points: &[[f32; 6]], data: &str) -> Vec<u8> {
+        let mut out = header(points.len(), data);
+        let column = |p: &[f32; 6], field: usize| match field {
+            1 => vec![7, 8, 9],
+            2 => f64::from(p[1]).to_le_bytes().to_vec(),
+            _ => p[[0, 0, 0, 3, 4, 5, 2][field]].to_le_bytes().to_vec(),
+        };
+        match data {
+            "ascii" => {
+                for p in points {
+                    out.extend(
+                        format!(
+                            "{} 7 8 9 {} {} {} {} {}\n",
+                            p[0], p[1], p[3], p[4], p[5], p[2]
+                        )
+                        .bytes(),
+                    );
+                }
+            }
+            "binary" => {
+                for p in points {
+                    (0..7).for_each(|f| out.extend(column(p, f)));
+                }
+            }
+            _ => {
+                let flat: Vec<u8> = (0..7)
+                    .flat_map(|f| points.iter().flat_map(move |p| column(p, f)))
+                    .collect();
+                let packed = pack(&flat);
+                out.extend((packed.len() as u32).to_le_bytes());
+                out.extend((flat.len() as u32).to_le_bytes());
+                out.extend(packed);
+            }
+        }
+        out
+    }
+
+    proptest! {
+        #[test]
+        fn every_encoding_comes_back(
+            points in proptest::collection::vec(proptest::array::uniform6(-1e6f32..1e6), 0..40),
+            data in prop_oneof![Just("ascii"), Just("binary"), Just("binary_compressed")],
+        ) {
+            let cloud = read_cloud(&encode(&points, data), None).expect("a well-formed PCD");
+            let xyz: Vec<_> = points.iter().map(|p| Point3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))).collect();
+            let normals: Vec<_> = points.iter().map(|p| Vector3::new(f64::from(p[3]), f64::from(p[4]), f64::from(p[5]))).collect();
+            let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= a.abs() * 1e-6);
+            for (a, b) in cloud.points.iter().zip(&xyz) {
+                prop_assert!(near(a.coords.as_slice(), b.coords.as_slice()));
+            }
+            prop_assert_eq!(cloud.points.len(), xyz.len());
+            prop_assert_eq!(cloud.normals.map(|n| n.len()), Some(normals.len()));
+            if data != "ascii" {
+                let again = read(&encode(&points, data)).expect("the same");
+                prop_assert_eq!(again.points, xyz);
+                prop_assert_eq!(again.normals, Some(normals));
+            }
+        }
+    }
+
+    #[test]
+    fn non_finite_points_stay_in_their_place() {
+        let text = b"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nHEIGHT 1\nDATA ascii\nnan nan nan\n1 2 3\n";
+        let cloud = read(text).expect("a PCD");
+        assert_eq!(cloud.points.len(), 2);
+        assert!(cloud.points[0].x.is_nan());
+        assert_eq!(cloud.normals, None);
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        let start = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n";
+        let cases = [
+            (
+                format!("{start}WIDTH 1000000000000\nHEIGHT 1\nDATA binary\nabc"),
+                "expected 1000000000000 points of 12 bytes, got the end of the file after 3 bytes of data",
+            ),
+            (
+                format!("{start}WIDTH 1000000000000\nHEIGHT 1000000000000\nDATA binary\n"),
+                "expected POINTS equal to WIDTH x HEIGHT",
+            ),
+            (
+                format!("{start}WIDTH 1000000000000\nHEIGHT 1\nDATA ascii\n1 2 3\n"),
+                "expected 1000000000000 points, got the end of the file after 1",
+            ),
+            (
+                format!(
+                    "{start}WIDTH 1000000000000\nHEIGHT 1\nDATA binary_compressed\n\x01\0\0\0\x01\0\0\0a"
+                ),
+                "after expansion, got 1 bytes",
+            ),
+            (
+                format!("{start}WIDTH 1\nHEIGHT 1\nDATA binary_compressed\n\x01\0\0\0\x0c\0\0\0a"),
+                "expected LZF data of 12 bytes",
+            ),
+            (
+                format!("{start}WIDTH 1\nHEIGHT 1\nDATA ascii\n1 2 c\n"),
+                "PCD line 7: expected a number as word 3, got \"c\"",
+            ),
+            (
+                "FIELDS x y z\nSIZE 4 4\nTYPE F F F\nWIDTH 1\nDATA ascii\n".to_owned(),
+                "expected one SIZE and TYPE per field",
+            ),
+            (
+                "FIELDS x y\nSIZE 4 4\nTYPE F F\nWIDTH 1\nDATA ascii\n".to_owned(),
+                "PCD line 5: expected fields x y z, got \"x y\"",
+            ),
+            (
+                "VERSION .7\nPOINTS 1\nGARBAGE\n".to_owned(),
+                "PCD line 3: expected a PCD header line, got \"GARBAGE\"",
+            ),
+        ];
+        for (text, part) in cases {
+            let message = read(text.as_bytes()).expect_err(&text).to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}
