@@ -101,6 +101,9 @@ pub enum MixtureError {
         /// Which component, from 0.
         component: usize,
     },
+    /// Distances in sigmas overflow.
+    #[error("points lie too many sigmas from every component for the likelihood to be a number")]
+    OutOfReach,
     /// A setting outside its range.
     #[error("setting `{name}`: got {got}, expected {expected}")]
     BadSetting {
