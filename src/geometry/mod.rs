@@ -3,6 +3,8 @@
 
 mod pose;
 mod view;
+mod voxel;
 
 pub use pose::{Pose, RollPitchYaw};
 pub use view::{NoiseLaw, View};
+pub use voxel::{Thinned, thin};
