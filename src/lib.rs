@@ -11,6 +11,9 @@ pub mod scan;
 pub mod sweep;
 pub mod mixture;
 pub mod distance;
+
+pub mod distance;
+
 pub mod novelty;
 pub mod shape;
 pub mod alarm;

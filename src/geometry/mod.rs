@@ -4,7 +4,9 @@
 mod mount;
 mod pose;
 mod view;
+mod voxel;
 
 pub use mount::Mount;
 pub use pose::{Pose, RollPitchYaw};
 pub use view::{NoiseLaw, View};
+pub use voxel::{Thinned, thin};
