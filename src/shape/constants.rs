@@ -89,6 +89,9 @@ pub(super) const LEAST_LENGTH_SHARE: f64 = 0.5;
 pub(super) const LEAST_AXIS_VIEW_RAD: f64 = 0.44;
 /// See `LEAST_LENGTH_SHARE`.
 pub(super) const UNLIKELY_PENALTY: f64 = 10.0;
+/// Fits of one class whose moments cost this much more than its best (as -2 ln odds) are given up
+/// before the points are asked.
+pub(super) const PROMISING_COST: f64 = 40.0;
 /// Prior precision of every fitted parameter (units: spreads, radians, logarithms): keeps what
 /// the data leave open finite, at ten units.
 pub(super) const PRIOR_PRECISION: f64 = 1e-2;

@@ -1,8 +1,8 @@
 //! Method B: which class's visible moments are the novelty's (Algorithm 2, one novelty at a time).
 
 use super::constants::{
-    LEAST_AXIS_VIEW_RAD, LEAST_LENGTH_SHARE, MOST_FITTED_POINTS, MOST_WITNESSES, ROUGHNESS_SHARE,
-    UNLIKELY_PENALTY,
+    LEAST_AXIS_VIEW_RAD, LEAST_LENGTH_SHARE, MOST_FITTED_POINTS, MOST_WITNESSES, PROMISING_COST,
+    ROUGHNESS_SHARE, UNLIKELY_PENALTY,
 };
 use super::matching::{Matched, Observed, Witness, matched};
 use super::primitive::Primitive;
@@ -35,19 +35,22 @@ pub(super) fn candidates(
     let noiseless = moments.covariance - Matrix3::identity() * (noise_m * noise_m);
     let starts = Primitive::starts(&Point3::origin(), &noiseless, &view, &eigen);
 
-    let mut fits: Vec<Matched> = starts
+    let mut fits: Vec<Vec<Matched>> = starts
         .into_iter()
-        .filter_map(|class| {
-            let fits = class.into_iter().filter_map(|s| matched(&observed, s, None));
-            fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
+        .map(|class| {
+            let fits = class.into_iter();
+            promising(fits.filter_map(|s| matched(&observed, s, None)).collect())
         })
         .collect();
     if settings.points_judge {
-        fits = judged(&observed, &fits);
+        fits = judged(&observed, fits);
     }
     let mut scored: Vec<(f64, Matched)> = fits
         .into_iter()
-        .map(|fit| (score(&observed, &fit, &view), fit))
+        .filter_map(|class| {
+            let scored = class.into_iter().map(|f| (score(&observed, &f, &view), f));
+            scored.min_by(|a, b| a.0.total_cmp(&b.0))
+        })
         .collect();
     scored.sort_by(|a, b| a.0.total_cmp(&b.0));
     let best = scored.first().map_or(0.0, |s| s.0);
@@ -96,23 +99,35 @@ fn observed(
     )
 }
 
+/// The fits that points or likelihood of form may yet prefer, the cheapest first.
+fn promising(mut fits: Vec<Matched>) -> Vec<Matched> {
+    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let least = fits.first().map_or(0.0, |f| f.cost);
+    fits.retain(|f| f.cost <= least + PROMISING_COST);
+    fits
+}
+
 /// Matches again with the points as witnesses. Where even the best surface lies farther from them
 /// than the noise, that distance is taken as their spread, so that a rough thing stays uncertain.
-fn judged(observed: &Observed, fits: &[Matched]) -> Vec<Matched> {
+fn judged(observed: &Observed, fits: Vec<Vec<Matched>>) -> Vec<Vec<Matched>> {
     let expected = observed.noise_m.hypot(ROUGHNESS_SHARE * observed.scale_m);
     let first = witness(observed, expected);
-    let again = |witness: Witness, fits: &[Matched]| -> Vec<Matched> {
-        fits.iter()
-            .filter_map(|fit| matched(observed, fit.primitive, Some(witness)))
-            .collect()
+    let again = |witness: Witness, fits: Vec<Vec<Matched>>| -> Vec<Vec<Matched>> {
+        let class = |class: Vec<Matched>| {
+            let fits = class.into_iter();
+            fits.filter_map(|fit| matched(observed, fit.primitive, Some(witness)))
+                .collect()
+        };
+        fits.into_iter().map(class).collect()
     };
     let fits = again(first, fits);
     let least = fits
         .iter()
+        .flatten()
         .map(|fit| typical_distance_m(observed, &fit.primitive))
         .fold(f64::INFINITY, f64::min);
     if least.is_finite() && least > expected {
-        again(witness(observed, least), &fits)
+        again(witness(observed, least), fits)
     } else {
         fits
     }

@@ -94,9 +94,7 @@ impl Observed {
     fn moment_residuals(&self, model: &Gaussian, noise_m: f64, out: &mut [f64]) -> Option<()> {
         let extra = noise_m * noise_m + MOMENT_FLOOR_M * MOMENT_FLOOR_M;
         let mean = self.whitener * model.mean.coords * self.mean_weight;
-        let m = self.whitener
-            * (model.covariance + Matrix3::identity() * extra)
-            * self.whitener;
+        let m = self.whitener * (model.covariance + Matrix3::identity() * extra) * self.whitener;
         if !m.iter().all(|v| v.is_finite()) {
             return None;
         }
@@ -233,7 +231,7 @@ pub(super) fn matched(
         x: DVector::zeros(start.parameters() + 1),
     };
     let (problem, _) = LevenbergMarquardt::new()
-        .with_tol(1e-9)
+        .with_tol(1e-6)
         .with_patience(12)
         .minimize(problem);
     let cost = problem.try_residuals(&problem.x)?.norm_squared();

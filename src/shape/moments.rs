@@ -72,8 +72,13 @@ mod tests {
 
     fn seen(primitive: Primitive) -> Gaussian {
         let density = BeamDensity::SolidAngle;
-        surface_moments(&primitive, &Point3::origin(), SurfaceModel::Visible, &density)
-            .expect("seen from outside")
+        surface_moments(
+            &primitive,
+            &Point3::origin(),
+            SurfaceModel::Visible,
+            &density,
+        )
+        .expect("seen from outside")
     }
 
     fn outer(v: &Vector3<f64>) -> Matrix3<f64> {
@@ -88,7 +93,8 @@ mod tests {
             centre,
             radius_m: r,
         }));
-        let expected = (Matrix3::identity() - outer(&v)) * (r * r / 4.0) + outer(&v) * (r * r / 18.0);
+        let expected =
+            (Matrix3::identity() - outer(&v)) * (r * r / 4.0) + outer(&v) * (r * r / 18.0);
         assert!((m.covariance - expected).norm() < 1e-3 * expected.norm());
         assert!((m.mean + v * (2.0 * r / 3.0) - centre).norm() < 1e-3 * r);
     }
@@ -164,12 +170,25 @@ mod tests {
             axis: Vector3::y_axis(),
         };
         let model = SurfaceModel::Visible;
-        let m = surface_moments(&Primitive::Sphere(sphere), &Point3::origin(), model, &density)
-            .expect("seen from outside");
-        assert!((m.mean - cast.mean).norm() < 1e-3, "{} {}", m.mean, cast.mean);
+        let m = surface_moments(
+            &Primitive::Sphere(sphere),
+            &Point3::origin(),
+            model,
+            &density,
+        )
+        .expect("seen from outside");
+        assert!(
+            (m.mean - cast.mean).norm() < 1e-3,
+            "{} {}",
+            m.mean,
+            cast.mean
+        );
         assert!((m.covariance - cast.covariance).norm() < 0.01 * cast.covariance.norm());
         let plain = seen(Primitive::Sphere(sphere));
-        assert!((plain.mean - cast.mean).norm() > 3e-3, "the density matters here");
+        assert!(
+            (plain.mean - cast.mean).norm() > 3e-3,
+            "the density matters here"
+        );
     }
 
     #[test]
@@ -180,7 +199,11 @@ mod tests {
             radius_m: 0.4,
             length_m: 1.0,
         }));
-        assert!((m.covariance[(0, 0)] - 0.04).abs() < 1e-4, "{}", m.covariance);
+        assert!(
+            (m.covariance[(0, 0)] - 0.04).abs() < 1e-4,
+            "{}",
+            m.covariance
+        );
         assert!((m.mean.z + FAR - 0.5).abs() < 1e-3);
     }
 

@@ -68,8 +68,15 @@ pub fn retrieve(
     let found = candidates(points, &moments, sensor_origin, noise_m, settings);
     let covariance = told(points, sensor_origin, &found, noise_m, settings);
     let _ = seed;
-    let best = covariance.clone().ok_or(ShapeError::NothingFits { points: points.len() })?;
-    Ok(Retrieval { best, covariance, ransac: None, parts: Vec::new() })
+    let best = covariance.clone().ok_or(ShapeError::NothingFits {
+        points: points.len(),
+    })?;
+    Ok(Retrieval {
+        best,
+        covariance,
+        ransac: None,
+        parts: Vec::new(),
+    })
 }
 
 fn checked(points: &[Point3<f64>], sensor: &Point3<f64>) -> Result<Gaussian, ShapeError> {
@@ -134,10 +141,19 @@ fn told(
         .collect();
     let distance = |p: &Point3<f64>| best.primitive.visible_distance_m(p, sensor);
     let squares: f64 = points.iter().map(|p| distance(p).powi(2)).sum();
-    let spread = best.primitive.size_m().iter().fold(0.0f64, |a, &b| a.max(b)) / 4.0;
+    let spread = best
+        .primitive
+        .size_m()
+        .iter()
+        .fold(0.0f64, |a, &b| a.max(b))
+        / 4.0;
     let near = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread);
     Some(Shape {
-        class: if ambiguous { Class::Ambiguous } else { best.primitive.class() },
+        class: if ambiguous {
+            Class::Ambiguous
+        } else {
+            best.primitive.class()
+        },
         method: Method::Covariance,
         probability: best.probability,
         alternatives,

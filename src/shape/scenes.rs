@@ -41,8 +41,7 @@ pub(super) fn cast(primitive: &Primitive, o: &Point3<f64>, d: &Vector3<f64>) -> 
             let n = p.normal();
             let t = (p.centre - o).dot(&n) / d.dot(&n);
             let local = p.rotation.inverse() * (o + d * t - p.centre);
-            let inside =
-                local.x.abs() <= p.sides_m[0] / 2.0 && local.y.abs() <= p.sides_m[1] / 2.0;
+            let inside = local.x.abs() <= p.sides_m[0] / 2.0 && local.y.abs() <= p.sides_m[1] / 2.0;
             (t > 0.0 && inside).then_some(t)
         }
     }

@@ -1,6 +1,5 @@
 //! What may be chosen about the retrieval of shapes.
 
-
 use crate::geometry::NoiseLaw;
 use nalgebra::{Unit, Vector3};
 

@@ -22,8 +22,8 @@ pub(in crate::shape) fn rotation_with_third(
     hint: &Vector3<f64>,
 ) -> Matrix3<f64> {
     let across = hint - third.as_ref() * third.dot(hint);
-    let first =
-        Unit::try_new(across, 1e-9 * hint.norm().max(1e-300)).unwrap_or_else(|| perpendicular(third));
+    let first = Unit::try_new(across, 1e-9 * hint.norm().max(1e-300))
+        .unwrap_or_else(|| perpendicular(third));
     let second = third.cross(&first);
     Matrix3::from_columns(&[first.into_inner(), second, third.into_inner()])
 }

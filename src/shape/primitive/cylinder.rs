@@ -123,7 +123,9 @@ impl Cylinder {
                     centre: mean + w * (std::f64::consts::FRAC_PI_4 * radius_m),
                     axis: *axis,
                     radius_m,
-                    length_m: BOUNDS.cylinder_length_m.clamp((12.0 * variance(axis)).sqrt()),
+                    length_m: BOUNDS
+                        .cylinder_length_m
+                        .clamp((12.0 * variance(axis)).sqrt()),
                 }
             })
             .collect()

@@ -1,7 +1,7 @@
 //! The sphere.
 
-use super::quadrature::{Patch, circle, interval};
 use super::perpendicular;
+use super::quadrature::{Patch, circle, interval};
 use crate::shape::constants::BOUNDS;
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 
