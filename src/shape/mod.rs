@@ -10,6 +10,8 @@ mod matching;
 mod model;
 mod moments;
 mod primitive;
+#[cfg(test)]
+mod recorded;
 mod retrieve;
 #[cfg(test)]
 mod scenes;
