@@ -1,5 +1,26 @@
 //! Takes the points and Gaussians of one novelty, gives its shape (paper section IV).
+//!
+//! Method B (`covariance`) matches the exact moments of every class's visible surface; method A
+//! (`ransac`) consumes points or samples on the Gaussians' ellipsoids; `retrieve` asks both and
+//! chooses.
 
+mod constants;
+mod covariance;
+mod matching;
 mod model;
+mod moments;
+mod primitive;
+#[cfg(test)]
+mod recorded;
+mod retrieve;
+#[cfg(test)]
+mod scenes;
+mod settings;
+#[cfg(test)]
+mod trials;
 
 pub use model::{Alternative, Class, Method, Retrieval, Shape};
+pub use moments::surface_moments;
+pub use primitive::{Cylinder, Plane, Primitive, Sphere};
+pub use retrieve::{ShapeError, retrieve};
+pub use settings::{BeamDensity, Choice, RansacSource, ShapeSettings, SurfaceModel};

@@ -1,0 +1,114 @@
+//! Every constant that decides something in this room, with unit and origin. What a site may want
+//! to change stands in [`ShapeSettings`](super::ShapeSettings) instead.
+
+/// What sizes a class may have, full lengths in metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Range {
+    /// Least.
+    pub least: f64,
+    /// Greatest.
+    pub most: f64,
+}
+
+impl Range {
+    /// The nearest allowed value.
+    pub fn clamp(&self, value: f64) -> f64 {
+        value.clamp(self.least, self.most)
+    }
+
+    /// `start` moved by `x` (about a factor e^x in the middle of the range) without ever leaving
+    /// it: a logistic curve over the logarithm.
+    pub fn moved(&self, start: f64, x: f64) -> f64 {
+        let width = (self.most / self.least).ln();
+        // At a bound the curve is flat and a solver would be stuck; begin a little inside.
+        let share = ((start / self.least).ln() / width).clamp(0.01, 0.99);
+        let y = (share / (1.0 - share)).ln() + x * 4.0 / width;
+        self.clamp(self.least * (width / (1.0 + (-y).exp())).exp())
+    }
+}
+
+/// Bounds of the classes.
+pub(super) struct Bounds {
+    pub sphere_diameter_m: Range,
+    pub cylinder_diameter_m: Range,
+    pub cylinder_length_m: Range,
+    pub plane_side_m: Range,
+}
+
+/// From 3 cm (five beams of the URG-04LX, 0.36 deg, at 1 m) to what a corridor can hold.
+pub(super) const BOUNDS: Bounds = Bounds {
+    sphere_diameter_m: Range {
+        least: 0.03,
+        most: 3.0,
+    },
+    cylinder_diameter_m: Range {
+        least: 0.03,
+        most: 3.0,
+    },
+    cylinder_length_m: Range {
+        least: 0.03,
+        most: 6.0,
+    },
+    plane_side_m: Range {
+        least: 0.03,
+        most: 10.0,
+    },
+};
+
+/// Least number of points that bear a shape: nine moments need some more points than moments.
+pub(super) const LEAST_POINTS: usize = 10;
+/// Points below this range from the sensor, or spread less than this, carry no shape, metres
+/// (the sensor's resolution).
+pub(super) const LEAST_SPREAD_M: f64 = 1e-3;
+/// Added to observed and to model standard deviations alike, so that the logarithm of a flat
+/// thing's thickness stays finite, metres (the sensor's quantisation).
+pub(super) const MOMENT_FLOOR_M: f64 = 1e-3;
+/// How well real surfaces follow the visible-surface moments: standard deviation of the mean, in
+/// units of the spread. Things are clipped at the foot and at grazing angles.
+pub(super) const MEAN_MISFIT: f64 = 0.05;
+/// The same of a log-variance: 0.1 is 5 % of a length.
+pub(super) const LOG_VARIANCE_MISFIT: f64 = 0.1;
+/// Standard deviation of the logarithm of the noise about its law: colour, material, incidence.
+pub(super) const LOG_NOISE_SD: f64 = 0.35;
+/// Least noise assumed, metres; keeps the logarithm finite on perfect data.
+pub(super) const LEAST_NOISE_M: f64 = 1e-4;
+/// Roughness of real things, share of their spread: joins the noise where points judge a surface.
+pub(super) const ROUGHNESS_SHARE: f64 = 0.02;
+/// Points count as at most this many independent witnesses of a surface; beyond, misfit of the
+/// ideal shape, not noise, sets what they can tell.
+pub(super) const MOST_WITNESSES: f64 = 150.0;
+/// Points that take part in a fit; more of them add time, not knowledge (see above).
+pub(super) const MOST_FITTED_POINTS: usize = 256;
+/// Where the pull of an outlying point levels off, in standard deviations.
+pub(super) const OUTLIER_SIGMAS: f64 = 3.0;
+/// A cylinder shorter than this share of its width, or whose axis lies within
+/// `LEAST_AXIS_VIEW_RAD` of the line of sight, is told apart from a disc or a plane by its edge
+/// only; such answers pay `UNLIKELY_PENALTY` (as -2 ln odds).
+pub(super) const LEAST_LENGTH_SHARE: f64 = 0.5;
+/// See `LEAST_LENGTH_SHARE`; 25 deg.
+pub(super) const LEAST_AXIS_VIEW_RAD: f64 = 0.44;
+/// See `LEAST_LENGTH_SHARE`.
+pub(super) const UNLIKELY_PENALTY: f64 = 10.0;
+/// Fits of one class whose moments cost this much more than its best (as -2 ln odds) are given up
+/// before the points are asked.
+pub(super) const PROMISING_COST: f64 = 40.0;
+/// Prior precision of every fitted parameter (units: spreads, radians, logarithms): keeps what
+/// the data leave open finite, at ten units.
+pub(super) const PRIOR_PRECISION: f64 = 1e-2;
+/// Cosine of the azimuth below which a tilt sweep's density 1/cos stops growing.
+pub(super) const LEAST_AZIMUTH_COS: f64 = 0.05;
+
+#[cfg(test)]
+mod tests {
+    use super::BOUNDS;
+
+    #[test]
+    fn bounded_sizes_start_where_told_and_stay_inside() {
+        let range = BOUNDS.sphere_diameter_m;
+        assert!((range.moved(0.4, 0.0) - 0.4).abs() < 1e-12);
+        assert!(range.moved(0.4, 1e6) <= range.most);
+        assert!(range.moved(0.4, -1e6) >= range.least);
+        let slope = (range.moved(0.3, 1e-6) / 0.3).ln() / 1e-6;
+        assert!((slope - 1.0).abs() < 0.01);
+    }
+}

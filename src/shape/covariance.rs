@@ -1,0 +1,177 @@
+//! Method B: which class's visible moments are the novelty's (Algorithm 2, one novelty at a time).
+
+use super::constants::{
+    LEAST_AXIS_VIEW_RAD, LEAST_LENGTH_SHARE, MOST_FITTED_POINTS, MOST_WITNESSES, PROMISING_COST,
+    ROUGHNESS_SHARE, UNLIKELY_PENALTY,
+};
+use super::matching::{Matched, Observed, Witness, matched};
+use super::primitive::Primitive;
+use super::settings::{BeamDensity, ShapeSettings, SurfaceModel};
+use crate::mixture::Gaussian;
+use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
+
+/// One class's best answer.
+#[derive(Debug, Clone)]
+pub(super) struct Candidate {
+    pub primitive: Primitive,
+    pub centre_sd_m: [f64; 3],
+    pub size_sd_m: [f64; 3],
+    /// Posterior among the candidates.
+    pub probability: f64,
+}
+
+/// Every class's best answer for points with these moments, most probable first. `noise_m` is the
+/// standard deviation of a point. Empty if nothing could be fitted.
+pub(super) fn candidates(
+    points: &[Point3<f64>],
+    moments: &Gaussian,
+    sensor: &Point3<f64>,
+    noise_m: f64,
+    settings: &ShapeSettings,
+) -> Vec<Candidate> {
+    let observed = observed(points, moments, sensor, noise_m, settings);
+    let eigen = symmetric_axes(&moments.covariance);
+    let view = Unit::try_new(-observed.sensor.coords, 1e-9).unwrap_or_else(Vector3::x_axis);
+    let noiseless = moments.covariance - Matrix3::identity() * (noise_m * noise_m);
+    let starts = Primitive::starts(&Point3::origin(), &noiseless, &view, &eigen);
+
+    let mut fits: Vec<Vec<Matched>> = starts
+        .into_iter()
+        .map(|class| {
+            let fits = class.into_iter();
+            promising(fits.filter_map(|s| matched(&observed, s, None)).collect())
+        })
+        .collect();
+    if settings.points_judge {
+        fits = judged(&observed, fits);
+    }
+    let mut scored: Vec<(f64, Matched)> = fits
+        .into_iter()
+        .filter_map(|class| {
+            let scored = class.into_iter().map(|f| (score(&observed, &f, &view), f));
+            scored.min_by(|a, b| a.0.total_cmp(&b.0))
+        })
+        .collect();
+    scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let best = scored.first().map_or(0.0, |s| s.0);
+    let total: f64 = scored.iter().map(|(s, _)| ((best - s) / 2.0).exp()).sum();
+    let back = Isometry3::from_parts(moments.mean.coords.into(), Default::default());
+    scored
+        .into_iter()
+        .map(|(score, fit)| Candidate {
+            primitive: fit.primitive.transformed(&back),
+            centre_sd_m: fit.centre_sd_m,
+            size_sd_m: fit.size_sd_m,
+            probability: ((best - score) / 2.0).exp() / total,
+        })
+        .collect()
+}
+
+/// Coordinates about the mean; the whole ideal surface where the sensor stands among the points.
+fn observed(
+    points: &[Point3<f64>],
+    moments: &Gaussian,
+    sensor: &Point3<f64>,
+    noise_m: f64,
+    settings: &ShapeSettings,
+) -> Observed {
+    let among = (0..3).all(|k| {
+        points.iter().any(|p| p[k] <= sensor[k]) && points.iter().any(|p| p[k] >= sensor[k])
+    });
+    let (surface, density) = if among {
+        (SurfaceModel::Ideal, BeamDensity::Area)
+    } else {
+        (settings.surface, settings.density)
+    };
+    let stride = points.len().div_ceil(MOST_FITTED_POINTS).max(1);
+    Observed::new(
+        &moments.covariance,
+        points.len() as f64 * settings.independent_share,
+        noise_m,
+        Point3::from(sensor - moments.mean),
+        points
+            .iter()
+            .step_by(stride)
+            .map(|p| Point3::from(p - moments.mean))
+            .collect(),
+        surface,
+        density,
+    )
+}
+
+/// The fits that points or likelihood of form may yet prefer, the cheapest first.
+fn promising(mut fits: Vec<Matched>) -> Vec<Matched> {
+    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let least = fits.first().map_or(0.0, |f| f.cost);
+    fits.retain(|f| f.cost <= least + PROMISING_COST);
+    fits
+}
+
+/// Matches again with the points as witnesses. Where even the best surface lies farther from them
+/// than the noise, that distance is taken as their spread, so that a rough thing stays uncertain.
+fn judged(observed: &Observed, fits: Vec<Vec<Matched>>) -> Vec<Vec<Matched>> {
+    let expected = observed.noise_m.hypot(ROUGHNESS_SHARE * observed.scale_m);
+    let first = witness(observed, expected);
+    let again = |witness: Witness, fits: Vec<Vec<Matched>>| -> Vec<Vec<Matched>> {
+        let class = |class: Vec<Matched>| {
+            let fits = class.into_iter();
+            fits.filter_map(|fit| matched(observed, fit.primitive, Some(witness)))
+                .collect()
+        };
+        fits.into_iter().map(class).collect()
+    };
+    let fits = again(first, fits);
+    let least = fits
+        .iter()
+        .flatten()
+        .map(|fit| typical_distance_m(observed, &fit.primitive))
+        .fold(f64::INFINITY, f64::min);
+    if least.is_finite() && least > expected {
+        again(witness(observed, least), fits)
+    } else {
+        fits
+    }
+}
+
+fn witness(observed: &Observed, sd_m: f64) -> Witness {
+    Witness {
+        sd_m,
+        count: observed.count.min(MOST_WITNESSES),
+    }
+}
+
+/// Standard deviation of the points about the surface by their median distance.
+fn typical_distance_m(observed: &Observed, primitive: &Primitive) -> f64 {
+    let mut distances: Vec<f64> = observed
+        .points
+        .iter()
+        .map(|p| observed.distance_m(primitive, p).abs())
+        .collect();
+    distances.sort_by(f64::total_cmp);
+    let median = distances.get(distances.len() / 2).copied();
+    median.unwrap_or(f64::INFINITY) / 0.6745
+}
+
+/// (n/2) d_FM^2 + mean term + points + k ln n, and what the class finds unlikely.
+fn score(observed: &Observed, fit: &Matched, view: &Unit<Vector3<f64>>) -> f64 {
+    let k = fit.primitive.parameters() as f64;
+    let mut score = fit.cost + k * observed.count.ln();
+    if let Primitive::Cylinder(c) = &fit.primitive {
+        let along_view = c.axis.dot(view).abs() > LEAST_AXIS_VIEW_RAD.cos();
+        if c.length_m < LEAST_LENGTH_SHARE * 2.0 * c.radius_m || along_view {
+            score += UNLIKELY_PENALTY;
+        }
+    }
+    score
+}
+
+/// Eigenvectors by falling eigenvalue.
+fn symmetric_axes(covariance: &Matrix3<f64>) -> Vec<Unit<Vector3<f64>>> {
+    let eigen = covariance.symmetric_eigen();
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    order
+        .iter()
+        .map(|&k| Unit::new_normalize(eigen.eigenvectors.column(k).into_owned()))
+        .collect()
+}

@@ -1,0 +1,366 @@
+//! Covariance matching as least squares (Eq. 10-13, made well-posed): a primitive's visible
+//! moments against the observed ones, and its surface against the points.
+
+use super::constants::{
+    LEAST_NOISE_M, LOG_NOISE_SD, LOG_VARIANCE_MISFIT, MEAN_MISFIT, MOMENT_FLOOR_M, OUTLIER_SIGMAS,
+    PRIOR_PRECISION,
+};
+use super::moments::surface_moments;
+use super::primitive::Primitive;
+use super::settings::{BeamDensity, SurfaceModel};
+use crate::mixture::Gaussian;
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::{DMatrix, DVector, Dyn, Matrix3, Owned, Point3, Vector3};
+
+/// Residuals of the moments and of the noise: three, six and one.
+const MOMENT_RESIDUALS: usize = 10;
+/// A residual vector that no sane parameters reach.
+const REFUSED: f64 = 1e4;
+/// Step of the numerical derivatives; parameters are of order one.
+const STEP: f64 = 1e-6;
+
+/// How the points judge a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Witness {
+    /// Standard deviation of a point about the surface, metres.
+    pub sd_m: f64,
+    /// Number of independent witnesses that all points together stand for.
+    pub count: f64,
+}
+
+/// What was observed, in coordinates about the mean.
+pub(super) struct Observed {
+    /// Sigma (with the floor) to the power -1/2.
+    whitener: Matrix3<f64>,
+    mean_weight: f64,
+    log_weight: f64,
+    /// Effective number of points that the moments stand for.
+    pub count: f64,
+    /// Standard deviation over all directions, metres: the unit of lengths.
+    pub scale_m: f64,
+    /// Expected noise, metres.
+    pub noise_m: f64,
+    /// Where the sensor stands.
+    pub sensor: Point3<f64>,
+    /// Points that take part.
+    pub points: Vec<Point3<f64>>,
+    pub surface: SurfaceModel,
+    pub density: BeamDensity,
+}
+
+impl Observed {
+    /// Prepares moments about their own mean. `count` is the effective number of points.
+    pub fn new(
+        covariance: &Matrix3<f64>,
+        count: f64,
+        noise_m: f64,
+        sensor: Point3<f64>,
+        points: Vec<Point3<f64>>,
+        surface: SurfaceModel,
+        density: BeamDensity,
+    ) -> Self {
+        let floor = Matrix3::identity() * (MOMENT_FLOOR_M * MOMENT_FLOOR_M);
+        let eigen = (covariance + floor).symmetric_eigen();
+        let roots = eigen
+            .eigenvalues
+            .map(|l| 1.0 / l.max(MOMENT_FLOOR_M * MOMENT_FLOOR_M).sqrt());
+        let log_variance = LOG_VARIANCE_MISFIT * LOG_VARIANCE_MISFIT;
+        Self {
+            whitener: eigen.eigenvectors
+                * Matrix3::from_diagonal(&roots)
+                * eigen.eigenvectors.transpose(),
+            mean_weight: (1.0 / count + MEAN_MISFIT * MEAN_MISFIT).sqrt().recip(),
+            log_weight: (2.0 / count + log_variance).sqrt().recip(),
+            count: 2.0 / (2.0 / count + log_variance),
+            scale_m: covariance.trace().max(0.0).sqrt().max(MOMENT_FLOOR_M),
+            noise_m: noise_m.max(LEAST_NOISE_M),
+            sensor,
+            points,
+            surface,
+            density,
+        }
+    }
+
+    /// Signed distance of `p` from the primitive as this sensor sees it.
+    pub fn distance_m(&self, primitive: &Primitive, p: &Point3<f64>) -> f64 {
+        match self.surface {
+            SurfaceModel::Visible => primitive.visible_distance_m(p, &self.sensor),
+            SurfaceModel::Ideal => primitive.distance_m(p),
+        }
+    }
+
+    /// sqrt(n) Sigma^-1/2 (m - mu), then sqrt(n/2) log(Sigma^-1/2 M Sigma^-1/2) with off-diagonals
+    /// times sqrt 2: the squares sum to the mean term and (n/2) d_FM^2 (Eq. 10).
+    fn moment_residuals(&self, model: &Gaussian, noise_m: f64, out: &mut [f64]) -> Option<()> {
+        let extra = noise_m * noise_m + MOMENT_FLOOR_M * MOMENT_FLOOR_M;
+        let mean = self.whitener * model.mean.coords * self.mean_weight;
+        let m = self.whitener * (model.covariance + Matrix3::identity() * extra) * self.whitener;
+        if !m.iter().all(|v| v.is_finite()) {
+            return None;
+        }
+        let eigen = m.symmetric_eigen();
+        let logs: Vector3<f64> = eigen.eigenvalues.map(|l| l.max(1e-300).ln());
+        let log = eigen.eigenvectors
+            * Matrix3::from_diagonal(&logs)
+            * eigen.eigenvectors.transpose()
+            * self.log_weight;
+        let root_2 = std::f64::consts::SQRT_2;
+        let all = [
+            mean.x,
+            mean.y,
+            mean.z,
+            log[(0, 0)],
+            log[(1, 1)],
+            log[(2, 2)],
+            log[(0, 1)] * root_2,
+            log[(0, 2)] * root_2,
+            log[(1, 2)] * root_2,
+        ];
+        out.iter_mut().zip(all).for_each(|(o, v)| *o = v);
+        Some(())
+    }
+}
+
+/// One primitive being matched. Parameters: those of its class, then the noise in its own sds.
+struct Match<'a> {
+    observed: &'a Observed,
+    start: Primitive,
+    witness: Option<Witness>,
+    x: DVector<f64>,
+}
+
+impl Match<'_> {
+    fn primitive(&self, x: &DVector<f64>) -> Option<Primitive> {
+        let shape = x.as_slice().get(..self.start.parameters())?;
+        self.start.moved(shape, self.observed.scale_m)
+    }
+
+    fn residual_count(&self) -> usize {
+        MOMENT_RESIDUALS + self.witness.map_or(0, |_| self.observed.points.len())
+    }
+
+    fn try_residuals(&self, x: &DVector<f64>) -> Option<DVector<f64>> {
+        let o = self.observed;
+        let noise = *x.as_slice().last()?;
+        if noise.abs() > 20.0 {
+            return None;
+        }
+        let primitive = self.primitive(x)?;
+        let model = surface_moments(&primitive, &o.sensor, o.surface, &o.density)?;
+        let mut out = DVector::zeros(self.residual_count());
+        let slots = out.as_mut_slice();
+        let (moments, rest) = slots.split_at_mut_checked(MOMENT_RESIDUALS)?;
+        o.moment_residuals(&model, o.noise_m * (LOG_NOISE_SD * noise).exp(), moments)?;
+        *moments.last_mut()? = noise;
+        if let Some(witness) = self.witness {
+            let weight = (witness.count / o.points.len().max(1) as f64).sqrt();
+            for (slot, p) in rest.iter_mut().zip(&o.points) {
+                *slot = weight * levelled(o.distance_m(&primitive, p) / witness.sd_m);
+            }
+        }
+        out.iter().all(|v| v.is_finite()).then_some(out)
+    }
+
+    fn residuals_at(&self, x: &DVector<f64>) -> DVector<f64> {
+        self.try_residuals(x)
+            .unwrap_or_else(|| DVector::from_element(self.residual_count(), REFUSED))
+    }
+
+    fn derivatives(&self) -> DMatrix<f64> {
+        let here = self.residuals_at(&self.x);
+        let mut j = DMatrix::zeros(here.len(), self.x.len());
+        for k in 0..self.x.len() {
+            let mut x = self.x.clone();
+            x[k] += STEP;
+            j.set_column(k, &((self.residuals_at(&x) - &here) / STEP));
+        }
+        j
+    }
+}
+
+/// A residual in sds whose square grows as a logarithm beyond `OUTLIER_SIGMAS`.
+fn levelled(z: f64) -> f64 {
+    let c = OUTLIER_SIGMAS;
+    (z / c).powi(2).ln_1p().sqrt() * c * z.signum()
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Match<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, x: &DVector<f64>) {
+        self.x.copy_from(x);
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.x.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        Some(self.residuals_at(&self.x))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        Some(self.derivatives())
+    }
+}
+
+/// A primitive after matching.
+#[derive(Debug, Clone)]
+pub(super) struct Matched {
+    /// In the observed coordinates.
+    pub primitive: Primitive,
+    /// Sum of squared residuals: (n/2) d_FM^2, the mean term, the noise's prior and the points.
+    pub cost: f64,
+    /// Standard deviations of centre and size, metres.
+    pub centre_sd_m: [f64; 3],
+    pub size_sd_m: [f64; 3],
+}
+
+/// Matches from `start`; `None` if no sane parameters were found.
+pub(super) fn matched(
+    observed: &Observed,
+    start: Primitive,
+    witness: Option<Witness>,
+) -> Option<Matched> {
+    let problem = Match {
+        observed,
+        start,
+        witness,
+        x: DVector::zeros(start.parameters() + 1),
+    };
+    let (problem, _) = LevenbergMarquardt::new()
+        .with_tol(1e-6)
+        .with_patience(12)
+        .minimize(problem);
+    let cost = problem.try_residuals(&problem.x)?.norm_squared();
+    let primitive = problem.primitive(&problem.x)?;
+    let (centre_sd_m, size_sd_m) = spreads(&problem);
+    Some(Matched {
+        primitive,
+        cost,
+        centre_sd_m,
+        size_sd_m,
+    })
+}
+
+/// Standard deviations of centre and size from (J^T J + prior)^-1, carried through the parameters.
+fn spreads(problem: &Match<'_>) -> ([f64; 3], [f64; 3]) {
+    let wide = [problem.observed.scale_m * 10.0; 3];
+    let n = problem.x.len();
+    let j = problem.derivatives();
+    let normal = j.transpose() * j + DMatrix::identity(n, n) * PRIOR_PRECISION;
+    let Some(inverse) = normal.cholesky().map(|c| c.inverse()) else {
+        return (wide, wide);
+    };
+    let numbers = |x: &DVector<f64>| {
+        let p = problem.primitive(x)?;
+        let (c, s) = (p.centre(), p.size_m());
+        Some([c.x, c.y, c.z, s[0], s[1], s[2]])
+    };
+    let Some(here) = numbers(&problem.x) else {
+        return (wide, wide);
+    };
+    let mut carried = DMatrix::zeros(6, n);
+    for k in 0..n {
+        let mut x = problem.x.clone();
+        x[k] += STEP;
+        for (row, (there, here)) in numbers(&x).unwrap_or(here).iter().zip(here).enumerate() {
+            carried[(row, k)] = (there - here) / STEP;
+        }
+    }
+    let variance = (&carried * inverse * carried.transpose()).diagonal();
+    let sd = |k: usize| variance[k].max(0.0).sqrt();
+    ([sd(0), sd(1), sd(2)], [sd(3), sd(4), sd(5)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Observed, levelled, matched};
+    use crate::shape::moments::surface_moments;
+    use crate::shape::primitive::{Cylinder, Plane, Primitive, Sphere};
+    use crate::shape::settings::{BeamDensity, SurfaceModel};
+    use nalgebra::{Point3, Rotation3, Unit, Vector3};
+
+    /// Exact visible moments in, the primitive that made them out.
+    fn recovered(truth: Primitive, start: impl Fn(&Point3<f64>) -> Primitive) -> (Primitive, f64) {
+        let sensor = Point3::new(-2.0, 0.4, 0.6);
+        let (surface, density) = (SurfaceModel::Visible, BeamDensity::SolidAngle);
+        let seen = surface_moments(&truth, &sensor, surface, &density).expect("visible");
+        let about_mean = Point3::from(sensor - seen.mean);
+        let observed = Observed::new(
+            &seen.covariance,
+            1e3,
+            0.0,
+            about_mean,
+            Vec::new(),
+            surface,
+            density,
+        );
+        let found = matched(&observed, start(&(Point3::origin())), None).expect("a fit");
+        let back = nalgebra::Isometry3::from_parts(seen.mean.coords.into(), Default::default());
+        (found.primitive.transformed(&back), found.cost)
+    }
+
+    #[test]
+    fn a_sphere_comes_back_exactly() {
+        let truth = Primitive::Sphere(Sphere {
+            centre: Point3::new(0.5, 0.1, 0.3),
+            radius_m: 0.27,
+        });
+        let (found, cost) = recovered(truth, |mean| {
+            Primitive::Sphere(Sphere {
+                centre: mean + Vector3::new(0.1, 0.0, 0.0),
+                radius_m: 0.2,
+            })
+        });
+        assert!((found.size_m()[0] - 0.54).abs() < 1e-5, "{found:?} {cost}");
+        assert!((found.centre() - truth.centre()).norm() < 1e-5);
+    }
+
+    #[test]
+    fn a_cylinder_comes_back_exactly() {
+        let axis = Unit::new_normalize(Vector3::new(0.1, -0.3, 1.0));
+        let truth = Primitive::Cylinder(Cylinder {
+            centre: Point3::new(0.5, 0.1, 0.3),
+            axis,
+            radius_m: 0.15,
+            length_m: 1.2,
+        });
+        let (found, cost) = recovered(truth, |mean| {
+            Primitive::Cylinder(Cylinder {
+                centre: mean + Vector3::new(0.1, 0.0, 0.0),
+                axis: Vector3::z_axis(),
+                radius_m: 0.12,
+                length_m: 1.0,
+            })
+        });
+        assert!((found.size_m()[0] - 0.30).abs() < 1e-4, "{found:?} {cost}");
+        assert!((found.size_m()[2] - 1.2).abs() < 1e-4, "{found:?} {cost}");
+    }
+
+    #[test]
+    fn a_plane_comes_back_exactly() {
+        let truth = Primitive::Plane(Plane {
+            centre: Point3::new(0.5, 0.1, 0.3),
+            rotation: Rotation3::from_euler_angles(0.2, 1.3, -0.2),
+            sides_m: [1.1, 0.6],
+        });
+        let (found, cost) = recovered(truth, |mean| {
+            Primitive::Plane(Plane {
+                centre: *mean,
+                rotation: Rotation3::from_euler_angles(0.3, 1.2, -0.3),
+                sides_m: [1.0, 0.5],
+            })
+        });
+        assert!((found.size_m()[0] - 1.1).abs() < 1e-4, "{found:?} {cost}");
+        assert!((found.size_m()[1] - 0.6).abs() < 1e-4, "{found:?} {cost}");
+    }
+
+    #[test]
+    fn outliers_level_off() {
+        assert!((levelled(0.1) - 0.1).abs() < 1e-4);
+        assert!(levelled(-100.0) > -9.0);
+    }
+}

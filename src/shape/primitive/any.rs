@@ -1,0 +1,166 @@
+//! One primitive of whichever class.
+
+use super::{Cylinder, Patch, Plane, Sphere};
+use crate::shape::Class;
+use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
+
+/// A geometric primitive (an element of C = {sphere, cylinder, plane}, section IV).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Primitive {
+    /// A ball.
+    Sphere(Sphere),
+    /// A round bar.
+    Cylinder(Cylinder),
+    /// A rectangle.
+    Plane(Plane),
+}
+
+impl Primitive {
+    /// Its class.
+    pub fn class(&self) -> Class {
+        match self {
+            Self::Sphere(_) => Class::Sphere,
+            Self::Cylinder(_) => Class::Cylinder,
+            Self::Plane(_) => Class::Plane,
+        }
+    }
+
+    /// Its centre, metres.
+    pub fn centre(&self) -> Point3<f64> {
+        match self {
+            Self::Sphere(s) => s.centre,
+            Self::Cylinder(c) => c.centre,
+            Self::Plane(p) => p.centre,
+        }
+    }
+
+    /// Full lengths along its axes, metres: (D, D, D), (D, D, L) or (A, B, 0) with A >= B.
+    pub fn size_m(&self) -> [f64; 3] {
+        match self {
+            Self::Sphere(s) => [2.0 * s.radius_m; 3],
+            Self::Cylinder(c) => [2.0 * c.radius_m, 2.0 * c.radius_m, c.length_m],
+            Self::Plane(p) => {
+                let [a, b] = p.longer_first().sides_m;
+                [a, b, 0.0]
+            }
+        }
+    }
+
+    /// Its axes as columns, right-handed. What a symmetry leaves open is settled by where the
+    /// sensor stands: a cylinder's first column and a plane's normal look towards it.
+    pub fn rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
+        match self {
+            // A ball has no axes of its own: those of the frame.
+            Self::Sphere(_) => Matrix3::identity(),
+            Self::Cylinder(c) => c.rotation(sensor),
+            Self::Plane(p) => p.rotation(sensor),
+        }
+    }
+
+    /// Signed distance of `p` from the (endless) surface, metres.
+    pub fn distance_m(&self, p: &Point3<f64>) -> f64 {
+        match self {
+            Self::Sphere(s) => s.distance_m(p),
+            Self::Cylinder(c) => c.distance_m(p),
+            Self::Plane(plane) => plane.distance_m(p),
+        }
+    }
+
+    /// Unit normal of the surface next to `p`; `None` where it has none (centre, axis).
+    pub fn normal_at(&self, p: &Point3<f64>) -> Option<Vector3<f64>> {
+        match self {
+            Self::Sphere(s) => s.normal_at(p),
+            Self::Cylinder(c) => c.normal_at(p),
+            Self::Plane(plane) => Some(plane.normal()),
+        }
+    }
+
+    /// Signed distance of `p` from the part of the surface that `sensor` sees, metres.
+    pub fn visible_distance_m(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> f64 {
+        match self {
+            Self::Cylinder(c) => c.visible_distance_m(p, sensor),
+            other => other.distance_m(p),
+        }
+    }
+
+    /// The same primitive in another frame.
+    pub fn transformed(&self, other_from_this: &Isometry3<f64>) -> Self {
+        match *self {
+            Self::Sphere(s) => Self::Sphere(Sphere {
+                centre: other_from_this * s.centre,
+                ..s
+            }),
+            Self::Cylinder(c) => Self::Cylinder(Cylinder {
+                centre: other_from_this * c.centre,
+                axis: other_from_this.rotation * c.axis,
+                ..c
+            }),
+            Self::Plane(p) => Self::Plane(Plane {
+                centre: other_from_this * p.centre,
+                rotation: other_from_this.rotation.to_rotation_matrix() * p.rotation,
+                ..p
+            }),
+        }
+    }
+
+    /// Every patch that `sensor` sees.
+    pub(in crate::shape) fn visible(&self, sensor: &Point3<f64>, each: &mut dyn FnMut(Patch)) {
+        match self {
+            Self::Sphere(s) => s.visible(sensor, each),
+            Self::Cylinder(c) => c.visible(sensor, each),
+            Self::Plane(p) => p.visible(sensor, each),
+        }
+    }
+
+    /// Every patch of the ideal surface.
+    pub(in crate::shape) fn whole(&self, each: &mut dyn FnMut(Patch)) {
+        match self {
+            Self::Sphere(s) => s.whole(each),
+            Self::Cylinder(c) => c.whole(each),
+            Self::Plane(p) => p.whole(each),
+        }
+    }
+
+    /// Free parameters of a class with its centre (k of the score): 4, 7, 8.
+    pub(in crate::shape) fn parameters(&self) -> usize {
+        match self {
+            Self::Sphere(_) => 4,
+            Self::Cylinder(_) => 7,
+            Self::Plane(_) => 8,
+        }
+    }
+
+    /// Starting points of every class for the given moments, grouped by class; `axes` are the
+    /// covariance's eigenvectors and `view` points from the sensor to the object.
+    pub(in crate::shape) fn starts(
+        mean: &Point3<f64>,
+        covariance: &Matrix3<f64>,
+        view: &Unit<Vector3<f64>>,
+        axes: &[Unit<Vector3<f64>>],
+    ) -> Vec<Vec<Self>> {
+        vec![
+            Sphere::starts(mean, covariance, view)
+                .into_iter()
+                .map(Self::Sphere)
+                .collect(),
+            Cylinder::starts(mean, covariance, view, axes)
+                .into_iter()
+                .map(Self::Cylinder)
+                .collect(),
+            Plane::starts(mean, covariance, axes)
+                .into_iter()
+                .map(Self::Plane)
+                .collect(),
+        ]
+    }
+
+    /// This primitive moved by `x` (see [`parameters`](Self::parameters)); lengths of the centre
+    /// in units of `scale_m`. `None` if `x` has another length than the class wants.
+    pub(in crate::shape) fn moved(&self, x: &[f64], scale_m: f64) -> Option<Self> {
+        match self {
+            Self::Sphere(s) => s.moved(x, scale_m).map(Self::Sphere),
+            Self::Cylinder(c) => c.moved(x, scale_m).map(Self::Cylinder),
+            Self::Plane(p) => p.moved(x, scale_m).map(Self::Plane),
+        }
+    }
+}

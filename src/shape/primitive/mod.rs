@@ -1,0 +1,18 @@
+//! The geometric primitives: place, attitude, size; distances and normals of their surfaces; their
+//! visible patches; how they move with parameters. A class is one file here, one row of
+//! [`Bounds`](super::constants::Bounds) and one arm of [`Primitive`].
+
+mod any;
+mod axes;
+mod cylinder;
+mod plane;
+mod quadrature;
+mod sphere;
+
+pub use any::Primitive;
+pub use cylinder::Cylinder;
+pub use plane::Plane;
+pub use sphere::Sphere;
+
+pub(super) use axes::{perpendicular, rotation_with_third};
+pub(super) use quadrature::Patch;

@@ -1,0 +1,131 @@
+//! The rectangle, which the paper and the contract call plane.
+
+use super::quadrature::{Patch, interval};
+use super::rotation_with_third;
+use crate::shape::constants::BOUNDS;
+use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
+
+/// A flat rectangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Middle, metres.
+    pub centre: Point3<f64>,
+    /// Columns: along the first side, along the second side, normal.
+    pub rotation: Rotation3<f64>,
+    /// Full lengths of the first and second side, metres.
+    pub sides_m: [f64; 2],
+}
+
+impl Plane {
+    /// Unit normal.
+    pub fn normal(&self) -> Vector3<f64> {
+        self.rotation.matrix().column(2).into_owned()
+    }
+
+    /// Signed distance of `p` from the endless plane, positive on the normal's side, metres.
+    pub fn distance_m(&self, p: &Point3<f64>) -> f64 {
+        (p - self.centre).dot(&self.normal())
+    }
+
+    /// Patches of the rectangle, facing `sensor`.
+    pub(super) fn visible(&self, sensor: &Point3<f64>, each: &mut dyn FnMut(Patch)) {
+        let side = self.distance_m(sensor);
+        self.patches(if side < 0.0 { -1.0 } else { 1.0 }, each);
+    }
+
+    /// Patches of the rectangle.
+    pub(super) fn whole(&self, each: &mut dyn FnMut(Patch)) {
+        self.patches(1.0, each);
+    }
+
+    fn patches(&self, sign: f64, each: &mut dyn FnMut(Patch)) {
+        let [a, b] = self.sides_m;
+        let m = self.rotation.matrix();
+        let normal = m.column(2) * sign;
+        for (x, x_weight) in interval(-a / 2.0, a / 2.0) {
+            for (y, y_weight) in interval(-b / 2.0, b / 2.0) {
+                each(Patch {
+                    at: self.centre + m.column(0) * x + m.column(1) * y,
+                    normal,
+                    area: x_weight * y_weight,
+                });
+            }
+        }
+    }
+
+    /// Rectangles whose far-view moments are the given ones (A^2/12, B^2/12, 0), with each of
+    /// `axes` as normal.
+    pub(super) fn starts(
+        mean: &Point3<f64>,
+        covariance: &Matrix3<f64>,
+        axes: &[Unit<Vector3<f64>>],
+    ) -> Vec<Self> {
+        let side = |a: Vector3<f64>| {
+            BOUNDS
+                .plane_side_m
+                .clamp((12.0 * a.dot(&(covariance * a)).max(0.0)).sqrt())
+        };
+        axes.iter()
+            .enumerate()
+            .map(|(k, normal)| {
+                let hint = axes[(k + 1) % axes.len()];
+                let frame = rotation_with_third(normal, &hint);
+                Self {
+                    centre: *mean,
+                    rotation: Rotation3::from_matrix_unchecked(frame),
+                    sides_m: [
+                        side(frame.column(0).into_owned()),
+                        side(frame.column(1).into_owned()),
+                    ],
+                }
+            })
+            .collect()
+    }
+
+    /// This rectangle moved by parameters: centre in units of `scale_m`, a rotation vector in
+    /// radians, two bounded sizes.
+    pub(super) fn moved(&self, x: &[f64], scale_m: f64) -> Option<Self> {
+        let [cx, cy, cz, rx, ry, rz, a, b] = *x else {
+            return None;
+        };
+        Some(Self {
+            centre: self.centre + Vector3::new(cx, cy, cz) * scale_m,
+            rotation: Rotation3::new(Vector3::new(rx, ry, rz)) * self.rotation,
+            sides_m: [
+                BOUNDS.plane_side_m.moved(self.sides_m[0], a),
+                BOUNDS.plane_side_m.moved(self.sides_m[1], b),
+            ],
+        })
+    }
+
+    /// The same rectangle with its longer side first.
+    pub(super) fn longer_first(&self) -> Self {
+        if self.sides_m[0] >= self.sides_m[1] {
+            return *self;
+        }
+        let m = self.rotation.matrix();
+        Self {
+            rotation: Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[
+                m.column(1).into_owned(),
+                -m.column(0).into_owned(),
+                m.column(2).into_owned(),
+            ])),
+            sides_m: [self.sides_m[1], self.sides_m[0]],
+            ..*self
+        }
+    }
+
+    /// Normal third and towards the sensor; longer side first, its greatest coordinate positive.
+    pub(super) fn rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
+        let plane = self.longer_first();
+        let mut normal = plane.normal();
+        if plane.distance_m(sensor) < 0.0 {
+            normal = -normal;
+        }
+        let mut first = plane.rotation.matrix().column(0).into_owned();
+        if first[first.iamax()] < 0.0 {
+            first = -first;
+        }
+        rotation_with_third(&Unit::new_normalize(normal), &first)
+    }
+}

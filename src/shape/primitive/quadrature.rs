@@ -1,0 +1,54 @@
+//! Quadrature over surfaces: Gauss-Legendre along straight parameters, equal steps around circles.
+
+use nalgebra::{Point3, Vector3};
+
+/// A piece of surface: where, which way it faces (unit), and its area in square metres.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::shape) struct Patch {
+    pub at: Point3<f64>,
+    pub normal: Vector3<f64>,
+    pub area: f64,
+}
+
+/// Nodes and weights of the 8-point Gauss-Legendre rule on [-1, 1], exact to degree 15.
+const GAUSS_8: [(f64, f64); 8] = [
+    (-0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
+    (-0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
+    (-0.525_532_409_916_329, 0.313_706_645_877_887_27),
+    (-0.183_434_642_495_649_8, 0.362_683_783_378_361_96),
+    (0.183_434_642_495_649_8, 0.362_683_783_378_361_96),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_27),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
+    (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
+];
+
+/// Nodes and weights of the rule on [`from`, `to`].
+pub(super) fn interval(from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
+    let (half, middle) = ((to - from) / 2.0, f64::midpoint(from, to));
+    GAUSS_8
+        .iter()
+        .map(move |(node, weight)| (middle + half * node, half * weight))
+}
+
+/// (cos, sin, weight) of `steps` equal steps around a circle; weights sum to 2 pi. Exact for
+/// trigonometric polynomials of a degree below `steps`.
+pub(super) fn circle(steps: usize) -> impl Iterator<Item = (f64, f64, f64)> {
+    let step = std::f64::consts::TAU / steps as f64;
+    (0..steps).map(move |k| {
+        let (sin, cos) = ((k as f64 + 0.5) * step).sin_cos();
+        (cos, sin, step)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{circle, interval};
+
+    #[test]
+    fn rules_integrate_known_functions() {
+        let degree_15: f64 = interval(0.0, 2.0).map(|(x, w)| w * x.powi(15)).sum();
+        assert!((degree_15 / (2f64.powi(16) / 16.0) - 1.0).abs() < 1e-12);
+        let cos_squared: f64 = circle(8).map(|(c, _, w)| w * c * c).sum();
+        assert!((cos_squared - std::f64::consts::PI).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,168 @@
+//! The front door: both methods on one novelty, and the choice between them.
+
+use super::constants::{LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SHARE};
+use super::covariance::{Candidate, candidates};
+use super::model::{Alternative, Class, Method, Retrieval, Shape};
+use super::settings::ShapeSettings;
+use crate::mixture::{Gaussian, Mixture};
+use nalgebra::{Matrix3, Point3, Vector3};
+
+/// Why no shape can be told.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum ShapeError {
+    /// Fewer points than carry a shape.
+    #[error("a shape needs at least {least} points, got {got}")]
+    TooFewPoints {
+        /// Points given.
+        got: usize,
+        /// Least number.
+        least: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("coordinates must be finite, got {value} in {place}")]
+    NotFinite {
+        /// The offender.
+        value: f64,
+        /// Where it stands.
+        place: &'static str,
+    },
+    /// The points lie on one line, or all in one place.
+    #[error(
+        "a shape needs points spread over a surface, got a width of {second_m} m (at least {least_m} m)"
+    )]
+    NoSurface {
+        /// Standard deviation along the second principal axis, metres.
+        second_m: f64,
+        /// Least, metres.
+        least_m: f64,
+    },
+    /// No primitive could be fitted.
+    #[error("no primitive fits the {points} points")]
+    NothingFits {
+        /// Points given.
+        points: usize,
+    },
+}
+
+/// The shape of one novelty from its points (metres), its Gaussians, and where the sensor stood.
+/// `mixture` may be empty; then the points' own Gaussian stands for it.
+///
+/// # Errors
+///
+/// [`ShapeError`] for too few points, coordinates that are not finite, and points without a
+/// surface (all on a line, or in one place).
+pub fn retrieve(
+    points: &[Point3<f64>],
+    mixture: &Mixture,
+    sensor_origin: &Point3<f64>,
+    settings: &ShapeSettings,
+    seed: u64,
+) -> Result<Retrieval, ShapeError> {
+    let own = checked(points, sensor_origin)?;
+    let noise_m = settings.noise.sigma_m((own.mean - sensor_origin).norm());
+    let moments = if settings.moments_of_mixture {
+        total_moments(mixture).unwrap_or(own)
+    } else {
+        own
+    };
+    let found = candidates(points, &moments, sensor_origin, noise_m, settings);
+    let covariance = told(points, sensor_origin, &found, noise_m, settings);
+    let _ = seed;
+    let best = covariance.clone().ok_or(ShapeError::NothingFits {
+        points: points.len(),
+    })?;
+    Ok(Retrieval {
+        best,
+        covariance,
+        ransac: None,
+        parts: Vec::new(),
+    })
+}
+
+fn checked(points: &[Point3<f64>], sensor: &Point3<f64>) -> Result<Gaussian, ShapeError> {
+    let too_few = ShapeError::TooFewPoints {
+        got: points.len(),
+        least: LEAST_POINTS,
+    };
+    if points.len() < LEAST_POINTS {
+        return Err(too_few);
+    }
+    let of = |p: &Point3<f64>, place| match p.iter().find(|v| !v.is_finite()) {
+        Some(&value) => Err(ShapeError::NotFinite { value, place }),
+        None => Ok(()),
+    };
+    of(sensor, "the sensor's origin")?;
+    points.iter().try_for_each(|p| of(p, "the points"))?;
+    let moments = Gaussian::of_points(points).ok_or(too_few)?;
+    let mut variances: [f64; 3] = moments.covariance.symmetric_eigenvalues().into();
+    variances.sort_by(f64::total_cmp);
+    let second_m = variances[1].max(0.0).sqrt();
+    if second_m < LEAST_SPREAD_M {
+        return Err(ShapeError::NoSurface {
+            second_m,
+            least_m: LEAST_SPREAD_M,
+        });
+    }
+    Ok(moments)
+}
+
+/// Mean and covariance of a whole mixture; `None` if it is empty or not finite.
+fn total_moments(mixture: &Mixture) -> Option<Gaussian> {
+    let pairs = || mixture.weights.iter().zip(&mixture.components);
+    let total: f64 = pairs().map(|(w, _)| w).sum();
+    let first = mixture.components.first()?.mean;
+    let shift = pairs().fold(Vector3::zeros(), |s, (w, g)| s + (g.mean - first) * *w) / total;
+    let mean = first + shift;
+    let covariance = pairs().fold(Matrix3::zeros(), |s, (w, g)| {
+        let d = g.mean - mean;
+        s + (g.covariance + d * d.transpose()) * *w
+    }) / total;
+    let finite = covariance.iter().chain(mean.iter()).all(|v| v.is_finite());
+    (finite && total > 0.0).then_some(Gaussian { mean, covariance })
+}
+
+/// The most probable candidate in the room's words.
+fn told(
+    points: &[Point3<f64>],
+    sensor: &Point3<f64>,
+    found: &[Candidate],
+    noise_m: f64,
+    settings: &ShapeSettings,
+) -> Option<Shape> {
+    let best = found.first()?;
+    let ambiguous = best.probability < settings.ambiguous_below;
+    let alternatives = found
+        .iter()
+        .skip(usize::from(!ambiguous))
+        .map(|c| Alternative {
+            class: c.primitive.class(),
+            probability: c.probability,
+        })
+        .collect();
+    let distance = |p: &Point3<f64>| best.primitive.visible_distance_m(p, sensor);
+    let squares: f64 = points.iter().map(|p| distance(p).powi(2)).sum();
+    let spread = best
+        .primitive
+        .size_m()
+        .iter()
+        .fold(0.0f64, |a, &b| a.max(b))
+        / 4.0;
+    let near = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread);
+    Some(Shape {
+        class: if ambiguous {
+            Class::Ambiguous
+        } else {
+            best.primitive.class()
+        },
+        method: Method::Covariance,
+        probability: best.probability,
+        alternatives,
+        centre: best.primitive.centre(),
+        centre_sd_m: best.centre_sd_m,
+        rotation: best.primitive.rotation(sensor),
+        size_m: best.primitive.size_m(),
+        size_sd_m: best.size_sd_m,
+        residual_m: (squares / points.len() as f64).sqrt(),
+        inliers: points.iter().filter(|p| distance(p).abs() < near).count(),
+    })
+}

@@ -1,0 +1,123 @@
+//! Simulated looks at single things, for the tests of this room: a grid of beams, the first hit,
+//! noise.
+
+use super::primitive::{Cylinder, Plane, Primitive, Sphere};
+use nalgebra::{Point3, Rotation3, Unit, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Distance along `d` (unit) from `o` to the primitive's surface, by its closed form.
+pub(super) fn cast(primitive: &Primitive, o: &Point3<f64>, d: &Vector3<f64>) -> Option<f64> {
+    let roots = |a: f64, b: f64, c: f64| {
+        let disc = b * b - a * c;
+        (disc > 0.0 && a > 0.0).then(|| (-b - disc.sqrt()) / a)
+    };
+    match primitive {
+        Primitive::Sphere(s) => {
+            let oc = o - s.centre;
+            roots(1.0, oc.dot(d), oc.norm_squared() - s.radius_m.powi(2))
+        }
+        Primitive::Cylinder(c) => {
+            let oc = o - c.centre;
+            let (oh, dh) = (oc.dot(&c.axis), d.dot(&c.axis));
+            let (oa, da) = (oc - c.axis.as_ref() * oh, d - c.axis.as_ref() * dh);
+            let mantle = roots(
+                da.norm_squared(),
+                oa.dot(&da),
+                oa.norm_squared() - c.radius_m.powi(2),
+            )
+            .filter(|t| (oh + t * dh).abs() <= c.length_m / 2.0);
+            let cap = (c.length_m / 2.0 * oh.signum() - oh) / dh;
+            let cap = Some(cap)
+                .filter(|t| *t > 0.0 && (oa + da * *t).norm() <= c.radius_m)
+                .filter(|_| oh.abs() > c.length_m / 2.0);
+            match (mantle, cap) {
+                (Some(a), Some(b)) => Some(a.min(b)),
+                (a, b) => a.or(b),
+            }
+        }
+        Primitive::Plane(p) => {
+            let n = p.normal();
+            let t = (p.centre - o).dot(&n) / d.dot(&n);
+            let local = p.rotation.inverse() * (o + d * t - p.centre);
+            let inside = local.x.abs() <= p.sides_m[0] / 2.0 && local.y.abs() <= p.sides_m[1] / 2.0;
+            (t > 0.0 && inside).then_some(t)
+        }
+    }
+    .filter(|t| t.is_finite() && *t > 0.0)
+}
+
+/// About `wanted` points of the side that `sensor` sees, on a regular grid of beams in solid
+/// angle, with isotropic noise of `sigma_m`.
+pub(super) fn look(
+    primitive: &Primitive,
+    sensor: &Point3<f64>,
+    wanted: usize,
+    sigma_m: f64,
+    rng: &mut ChaCha8Rng,
+) -> Vec<Point3<f64>> {
+    let to = primitive.centre() - sensor;
+    let axis = Unit::new_normalize(to);
+    let half = primitive.size_m().iter().map(|s| s * s).sum::<f64>().sqrt() / 2.0;
+    // A window of the tangent plane at distance one that holds the thing.
+    let window = (half / (to.norm() - half).max(0.1)).min(3.0);
+    let e1 = axis.cross(&super::primitive::perpendicular(&axis));
+    let e2 = axis.cross(&e1);
+    let (shift_1, shift_2): (f64, f64) = (rng.random(), rng.random());
+    let beams = |steps: f64| {
+        let step = 2.0 * window / steps;
+        let mut hits = Vec::new();
+        for i in 0..steps as usize {
+            for k in 0..steps as usize {
+                let a = -window + (i as f64 + shift_1) * step;
+                let b = -window + (k as f64 + shift_2) * step;
+                let d = (axis.as_ref() + e1 * a + e2 * b).normalize();
+                hits.extend(cast(primitive, sensor, &d).map(|t| sensor + d * t));
+            }
+        }
+        hits
+    };
+    let probe = beams(200.0).len().max(1) as f64;
+    let steps = 200.0 * (wanted as f64 / probe).sqrt();
+    let mut points = beams(steps.round().max(4.0));
+    for p in &mut points {
+        let n: [f64; 3] = std::array::from_fn(|_| StandardNormal.sample(rng));
+        *p += Vector3::from(n) * sigma_m;
+    }
+    points
+}
+
+/// A thing of class `class` (0 sphere, 1 cylinder, 2 plane) as the corridor scenes have them, and
+/// a sensor at the origin.
+pub(super) fn thing(class: usize, seed: u64) -> (Primitive, ChaCha8Rng) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed * 3 + class as u64);
+    let centre = Point3::new(
+        rng.random_range(2.0..4.0),
+        rng.random_range(-1.0..1.0),
+        rng.random_range(-0.6..0.4),
+    );
+    let primitive = match class {
+        0 => Primitive::Sphere(Sphere {
+            centre,
+            radius_m: rng.random_range(0.2..0.45),
+        }),
+        1 => {
+            let lean: [f64; 2] = [rng.random_range(-0.3..0.3), rng.random_range(-0.3..0.3)];
+            Primitive::Cylinder(Cylinder {
+                centre,
+                axis: Unit::new_normalize(Vector3::new(lean[0], lean[1], 1.0)),
+                radius_m: rng.random_range(0.15..0.35),
+                length_m: rng.random_range(0.8..1.6),
+            })
+        }
+        _ => Primitive::Plane(Plane {
+            centre,
+            // Normal within 50 deg of the view.
+            rotation: Rotation3::from_euler_angles(0.0, 0.0, rng.random_range(-0.9..0.9))
+                * Rotation3::from_euler_angles(0.0, -1.57 + rng.random_range(-0.4..0.4), 0.3),
+            sides_m: [rng.random_range(0.8..1.6), rng.random_range(0.4..0.8)],
+        }),
+    };
+    (primitive, rng)
+}
