@@ -201,7 +201,7 @@ impl Judge<'_> {
         let spacing_m = self.other.rays.spacing_rad * (p - self.other.rays.origin()).norm();
         let reach_m = (most * sigma_m)
             .max(spacing_m)
-            .clamp(2.0 * surfaces.cell_m, 6.0 * surfaces.cell_m);
+            .clamp(2.0 * surfaces.cell_m, (6.0 * surfaces.cell_m).max(8.0 * sigma_m));
         let mut least = reach_m / sigma_m;
         surfaces.grid.for_each_within(p, reach_m, |i, d2| {
             let patch = &surfaces.patches[i];
