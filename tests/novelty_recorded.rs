@@ -85,6 +85,16 @@ fn run(name: &str, reference: &View, current: &View, novel: impl Fn(usize) -> Op
             _ => {}
         }
     }
+    if std::env::var_os("MISS").is_some() {
+        let mut k = 0;
+        for (i, h) in hit.iter().enumerate() {
+            if novel(i) == Some(!h) && k < 60 {
+                k += 1;
+                let e = f.now[i]; let p = current.points[i];
+                println!("   {} at {:.3} {:.3} {:.3} {:?} z {:.1} loose {:.1} {}", if *h {"FALSE"} else {"MISS"}, p.x, p.y, p.z, e.sight, e.z, e.z_loose, e.empty);
+            }
+        }
+    }
     let tr = f.registration.current_from_reference;
     println!(
         "{name:22} app {:2} dis {:2} prec {:.3} rec {:.3} tp {tp} fp {fp} fn {fnn} | t {:.4} rot {:.3}deg share {:.2} {} {:?} | sp {:.2}deg cell {:.3} noise {:.4}+{:.5} {:.4}+{:.5} btw {:?} | ms {t1} {} {}",
@@ -92,7 +102,7 @@ fn run(name: &str, reference: &View, current: &View, novel: impl Fn(usize) -> Op
         f64::from(tp) / f64::from((tp + fp).max(1)), f64::from(tp) / f64::from((tp + fnn).max(1)),
         tr.translation.vector.norm(), tr.rotation.angle().to_degrees(), f.registration.share, f.registration.converged, f.registration.unobservable,
         r.rays.spacing_rad.to_degrees(), r.surfaces.cell_m, r.noise.at_zero_m, r.noise.per_m, c.noise.at_zero_m, c.noise.per_m,
-        f.between.map(|b| ((b.at_zero_m*1e4).round()/1e4, (b.per_m*1e5).round()/1e5)), t2 - t1, t3 - t2,
+        f.between.map(|b| ((b.ranges.at_zero_m*1e4).round()/1e4, (b.ranges.per_m*1e5).round()/1e5, (b.height_m*1e4).round()/1e4)), t2 - t1, t3 - t2,
     );
     if std::env::var_os("SHOW").is_some() {
         for (word, things, p) in [("+", &f.appeared, &c), ("-", &f.disappeared, &r)] {
@@ -122,14 +132,8 @@ fn semisynthetic() {
         let name = pair["name"].as_str().expect("a name");
         for (x, y, yaw) in [(0.0, 0.0, 0.0), (0.02, -0.022, 1.0), (-0.08, 0.06, -5.0)] {
             if yaw != 0.0 && std::env::var_os("POSE").is_none() { continue; }
-            let moved_view = View::bare(
-                current.points.iter().map(|p| moved(x, y, yaw) * p).collect(),
-                moved(x, y, yaw) * Point3::origin(),
-            );
-            // The sensor went with the robot: in its own frame it still stands at the origin.
-            let view = View { origin: Point3::origin(), ..moved_view };
-            let _ = &view;
-            run(name, &reference, &View::bare(moved(x, y, yaw).transform_all(&current.points), moved(x, y, yaw) * Point3::origin()), |i| Some(truth[i] > 0));
+            let origin = if std::env::var_os("ORIGIN0").is_some() { Point3::origin() } else { moved(x, y, yaw) * Point3::origin() };
+            run(name, &reference, &View::bare(moved(x, y, yaw).transform_all(&current.points), origin), |i| Some(truth[i] > 0));
         }
     }
 }

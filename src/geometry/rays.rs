@@ -26,6 +26,8 @@ pub struct Rays {
     /// Typical distance to the next ray in the sparse direction of the pattern (between scan
     /// lines), radians.
     pub spacing_rad: f64,
+    /// Rays over the solid angle that they cover, per steradian.
+    pub mean_density_per_sr: f64,
     /// Range in metres that the sensor reaches: the stated free range, or the 99th percentile of
     /// the ranges.
     pub reach_m: f64,
@@ -82,8 +84,9 @@ impl Rays {
             .get((sorted.len() * 99 / 100).min(sorted.len().saturating_sub(1)))
             .copied()
             .unwrap_or(0.0);
-        Self {
+        let mut rays = Self {
             origin: view.origin,
+            mean_density_per_sr: 0.0,
             directions,
             ranges_m,
             grid,
@@ -95,7 +98,23 @@ impl Rays {
             } else {
                 view.free_range_m
             },
+        };
+        rays.mean_density_per_sr = rays.mean_density();
+        rays
+    }
+
+    /// The mean of 1/density over rays is the covered solid angle over their number.
+    fn mean_density(&self) -> f64 {
+        let step = (self.directions.len() / SPACING_SAMPLES).max(1);
+        let (mut n, mut inverse) = (0.0, 0.0);
+        for d in self.directions.iter().step_by(step) {
+            let density = self.density_per_sr(&d.coords);
+            if density > 0.0 {
+                n += 1.0;
+                inverse += 1.0 / density;
+            }
         }
+        if inverse > 0.0 { n / inverse } else { 1.0 }
     }
 
     /// Range of ray `index`, metres; infinite where nothing came back.

@@ -10,6 +10,8 @@ const FEWEST_NEIGHBOURS: usize = 6;
 const FLAT_RATIO: f64 = 0.25;
 /// Smallest ratio of the two widths: below, neighbours lie along one scan line and fix no plane.
 const NARROW_RATIO: f64 = 0.2;
+/// How much further to look where neighbours lie along one scan line.
+const WIDER: f64 = 2.5;
 
 /// One thinning cell with the surface around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,37 +120,70 @@ fn patch(
     origin: &Point3<f64>,
     radius_m: f64,
 ) -> Patch {
-    let mut n = 0.0;
-    let mut sum = Vector3::zeros();
-    let mut square = Matrix3::zeros();
-    grid.for_each_within(mean, radius_m, |i, _| {
-        let d = means[i] - mean;
-        n += 1.0;
-        sum += d;
-        square += d * d.transpose();
-    });
-    let shift = sum / n;
-    let covariance = square / n - shift * shift.transpose();
-    let eigen = SymmetricEigen::new(covariance);
-    let mut axes = [0, 1, 2];
-    axes.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-    let deviation = |axis: usize| eigen.eigenvalues[axis].max(0.0).sqrt();
-    let mut normal: Vector3<f64> = eigen.eigenvectors.column(axes[0]).into_owned();
+    let near = Neighbourhood::of(means, grid, mean, radius_m);
+    // Scan lines lie further apart on a surface met at a shallow angle.
+    let around = if near.one_line() && radius_m < 1.0 {
+        Neighbourhood::of(means, grid, mean, (WIDER * radius_m).min(1.0))
+    } else {
+        near
+    };
+    let mut normal = around.normal;
     if normal.dot(&(origin - mean)) < 0.0 {
         normal = -normal;
     }
-    let (thick, narrow, wide) = (deviation(axes[0]), deviation(axes[1]), deviation(axes[2]));
     Patch {
         mean: *mean,
-        neighbours: n as usize,
+        neighbours: around.n as usize,
         count,
         normal,
-        offset_m: normal.dot(&(mean + shift).coords),
-        roughness_m: thick,
-        radius_m,
-        flat: n >= FEWEST_NEIGHBOURS as f64
-            && thick < FLAT_RATIO * narrow
-            && narrow > NARROW_RATIO * wide,
+        offset_m: normal.dot(&(mean + around.shift).coords),
+        roughness_m: around.deviations[0],
+        radius_m: around.radius_m,
+        flat: around.n >= FEWEST_NEIGHBOURS as f64
+            && around.deviations[0] < FLAT_RATIO * around.deviations[1]
+            && around.deviations[1] > NARROW_RATIO * around.deviations[2],
+    }
+}
+
+/// The cells around a place and their principal axes.
+struct Neighbourhood {
+    n: f64,
+    radius_m: f64,
+    shift: Vector3<f64>,
+    normal: Vector3<f64>,
+    /// Standard deviations along the principal axes, ascending, metres.
+    deviations: [f64; 3],
+}
+
+impl Neighbourhood {
+    fn of(means: &[Point3<f64>], grid: &Grid, mean: &Point3<f64>, radius_m: f64) -> Self {
+        let mut n = 0.0;
+        let mut sum = Vector3::zeros();
+        let mut square = Matrix3::zeros();
+        grid.for_each_within(mean, radius_m, |i, _| {
+            let d = means[i] - mean;
+            n += 1.0;
+            sum += d;
+            square += d * d.transpose();
+        });
+        let shift = sum / n;
+        let covariance = square / n - shift * shift.transpose();
+        let eigen = SymmetricEigen::new(covariance);
+        let mut axes = [0, 1, 2];
+        axes.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+        Self {
+            n,
+            radius_m,
+            shift,
+            normal: eigen.eigenvectors.column(axes[0]).into_owned(),
+            deviations: axes.map(|axis| eigen.eigenvalues[axis].max(0.0).sqrt()),
+        }
+    }
+
+    /// Whether the cells lie along one line, and so fix no plane.
+    fn one_line(&self) -> bool {
+        self.n < FEWEST_NEIGHBOURS as f64
+            || self.deviations[1] <= NARROW_RATIO * self.deviations[2]
     }
 }
 

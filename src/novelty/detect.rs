@@ -6,7 +6,7 @@ use crate::geometry::{Pose, Registration, register};
 /// What stands out.
 pub struct Found {
     pub registration: Registration,
-    pub between: Option<crate::geometry::NoiseLaw>,
+    pub between: Option<noise::Between>,
     pub appeared: Vec<Thing>,
     pub disappeared: Vec<Thing>,
     pub now: Vec<Evidence>,

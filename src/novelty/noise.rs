@@ -9,6 +9,8 @@ const PER_BIN: usize = 200;
 const BINS: usize = 10;
 /// Cosine of incidence below which heights say little about ranges.
 const STEEP: f64 = 0.5;
+/// Places that the agreement of two views is read from; more change nothing.
+const MOST_SAMPLES: usize = 20_000;
 /// Turns a median absolute deviation into a standard deviation of a normal distribution.
 const MAD_TO_SIGMA: f64 = 1.4826;
 
@@ -36,7 +38,17 @@ pub fn estimate(
     law(&mut samples)
 }
 
-/// The noise law of the difference between two views, from heights of current places over the
+/// How well two views agree where they look at the same surfaces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Between {
+    /// Ranges, from surfaces met steeply.
+    pub ranges: NoiseLaw,
+    /// Standard deviation of heights over surfaces met at a shallow angle, metres: range noise has
+    /// little part in it, bent scans have.
+    pub height_m: f64,
+}
+
+/// The noise of the difference between two views, from heights of current places over the
 /// reference's flat places after registration. Places further off than `gate_m` changed.
 pub fn between(
     reference: &Surfaces,
@@ -44,23 +56,40 @@ pub fn between(
     current_points: &[Point3<f64>],
     registration: &Registration,
     gate_m: f64,
-) -> Option<NoiseLaw> {
+) -> Option<Between> {
     let back = registration.current_from_reference.inverse();
-    let step = current_points.len().div_ceil(20_000).max(1);
-    let mut samples: Vec<(f64, f64)> = current_points
-        .iter()
-        .step_by(step)
-        .filter_map(|p| {
-            let p = back * p;
-            let (i, _) = reference.grid.nearest(&p, 1.5 * reference.cell_m)?;
-            let patch = reference.patches.get(i)?;
-            let view = p - reference_origin;
-            let steep = patch.normal.dot(&view).abs() / view.norm().max(1e-9);
-            let height = patch.height_m(&p).abs();
-            (patch.flat && steep > STEEP && height < gate_m).then(|| (view.norm(), height / steep))
-        })
-        .collect();
-    law(&mut samples)
+    let step = current_points.len().div_ceil(MOST_SAMPLES).max(1);
+    let mut steep = Vec::new();
+    let mut shallow = Vec::new();
+    for p in current_points.iter().step_by(step) {
+        let p = back * p;
+        let Some(patch) = reference
+            .grid
+            .nearest(&p, 1.5 * reference.cell_m)
+            .and_then(|(i, _)| reference.patches.get(i))
+        else {
+            continue;
+        };
+        let view = p - reference_origin;
+        let range_m = view.norm().max(1e-9);
+        let incidence = patch.normal.dot(&view).abs() / range_m;
+        let height = patch.height_m(&p).abs();
+        if !patch.flat || height >= gate_m {
+            continue;
+        }
+        if incidence > STEEP {
+            steep.push((range_m, height / incidence));
+        } else {
+            shallow.push(height);
+        }
+    }
+    let middle = shallow.len() / 2;
+    let height_m = if shallow.len() < 20 {
+        0.0
+    } else {
+        MAD_TO_SIGMA * *shallow.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    law(&mut steep).map(|ranges| Between { ranges, height_m })
 }
 
 /// Fits `a + b r`, neither negative, to robust deviations in bins of equal population.

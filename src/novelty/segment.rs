@@ -38,8 +38,14 @@ pub fn segment(own: &Prepared, evidence: &[Evidence], settings: &SegmentSettings
 }
 
 fn passes(own: &Prepared, thing: &Thing, settings: &SegmentSettings) -> bool {
-    thing.support >= settings.least_support
-        && thing.width_rad[0] >= settings.least_width_spacings * own.rays.spacing_rad
+    let rows = thing.width_rad[0] / own.rays.spacing_rad;
+    let least_support = if rows >= settings.least_width_spacings {
+        settings.least_support
+    } else {
+        settings.thin_support
+    };
+    thing.support >= least_support
+        && rows >= settings.thin_width_spacings
         && thing.fill >= settings.least_fill
 }
 
@@ -146,11 +152,13 @@ fn measure(
     let mut support = 0.0;
     let mut through = 0.0;
     for (i, d) in points.iter().zip(&directions) {
-        let density = own.rays.density_per_sr(d).max(1.0);
+        // Where neighbours are missing the pattern is no sparser than elsewhere.
+        let local = own.rays.density_per_sr(d).max(1.0);
+        let density = local.max(own.rays.mean_density_per_sr);
         support += evidence[*i].z.max(evidence[*i].z_loose).min(20.0)
             * settings.support_density_per_sr
             / density;
-        through += 1.0 / density;
+        through += 1.0 / local;
     }
     // Solid angle of its own beams over that of the ellipse with the same moments.
     let outline = std::f64::consts::PI * 4.0 * (small.max(0.0) * large.max(0.0)).sqrt();

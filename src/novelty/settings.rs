@@ -85,9 +85,13 @@ pub struct SegmentSettings {
     pub support_density_per_sr: f64,
     /// Fewest points of a thing: fewer fix neither extent nor covariance.
     pub least_points: usize,
-    /// Least angular width of a thing across its longer side, in row spacings: three rows. Thinner
-    /// things cannot be told from mixed pixels along an edge.
+    /// Angular width of a thing across its longer side, in row spacings, from which it is judged by
+    /// [`Self::least_support`]: three rows.
     pub least_width_spacings: f64,
+    /// Least width of all: two rows, of which chance and mixed pixels along an edge are capable.
+    pub thin_width_spacings: f64,
+    /// Least support of a thing that thin: four times that of a wide one.
+    pub thin_support: f64,
     /// Least share of the beams through a thing's outline that hit it.
     pub least_fill: f64,
 }
@@ -104,6 +108,8 @@ impl Default for SegmentSettings {
             support_density_per_sr: 15_550.0,
             least_points: 8,
             least_width_spacings: 1.7,
+            thin_width_spacings: 0.7,
+            thin_support: 1200.0,
             least_fill: 0.3,
         }
     }

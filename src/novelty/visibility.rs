@@ -4,8 +4,8 @@
 //! well behind it, and where no surface that the other view saw runs through it. Everything else
 //! is either the same surface or out of the other's sight: no change.
 
-use super::{EvidenceSettings, Prepared};
-use crate::geometry::{NoiseLaw, Pose, Registration};
+use super::{EvidenceSettings, Prepared, noise::Between};
+use crate::geometry::{NoiseLaw, Patch, Pose, Registration};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -55,7 +55,7 @@ pub struct Judge<'a> {
     /// Range noise of the judged points.
     pub own_noise: NoiseLaw,
     /// Noise of the difference between the views where it is known to exceed both.
-    pub between: Option<NoiseLaw>,
+    pub between: Option<Between>,
     /// How surely the views lie on one another; its covariance is in the reference's frame.
     pub registration: &'a Registration,
     /// Maps the judged points to the reference's frame, in which the registration's errors are told.
@@ -114,7 +114,7 @@ impl Judge<'_> {
         if z_nearest <= 1.0 && z <= 1.0 {
             return Evidence::none(if hidden { Sight::Hidden } else { Sight::Same });
         }
-        let z_surface = self.off_surface(&p, noise_m.hypot(registration_m));
+        let z_surface = self.off_surface(&p, &d, noise_m, registration_m);
         let most = self.settings.most_sigmas;
         Evidence {
             sight: if z.min(z_surface) > 5.0 {
@@ -142,7 +142,7 @@ impl Judge<'_> {
             return Evidence::none(Sight::Unseen);
         }
         let z = self
-            .off_surface(p, noise_m.hypot(self.registration_m(own, d)))
+            .off_surface(p, d, noise_m, self.registration_m(own, d))
             .min(self.settings.most_sigmas);
         Evidence {
             sight: if z > 5.0 { Sight::Through } else { Sight::Same },
@@ -188,16 +188,22 @@ impl Judge<'_> {
         }
         // Height of the sensor over the plane, over the fall of the ray per metre.
         let meets_m = (patch.height_m(other.rays.origin()) / incidence).clamp(span_m.0, span_m.1);
-        let sigma = (incidence * noise_m)
-            .hypot(registration_m)
-            .hypot(patch.roughness_m);
+        let sigma = self.height_sigma_m(incidence * noise_m, registration_m, patch);
         ((meets_m - range_m) * incidence, sigma)
     }
 
-    /// Distance to the nearest surface that the other view saw, in sigmas.
-    fn off_surface(&self, p: &Point3<f64>, sigma_m: f64) -> f64 {
+    /// Distance to the nearest surface that the other view saw, in sigmas. Ranges err along the
+    /// ray: across a surface seen at a shallow angle, heights are far better known.
+    fn off_surface(
+        &self,
+        p: &Point3<f64>,
+        d: &Vector3<f64>,
+        noise_m: f64,
+        registration_m: f64,
+    ) -> f64 {
         let surfaces = &self.other.surfaces;
         let most = self.settings.most_sigmas;
+        let sigma_m = noise_m.hypot(registration_m);
         let spacing_m = self.other.rays.spacing_rad * (p - self.other.rays.origin()).norm();
         let reach_m = (most * sigma_m)
             .max(spacing_m)
@@ -205,23 +211,28 @@ impl Judge<'_> {
         let mut least = reach_m / sigma_m;
         surfaces.grid.for_each_within(p, reach_m, |i, d2| {
             let patch = &surfaces.patches[i];
-            let distance = if patch.flat {
+            let z = if patch.flat {
                 // On the plane, and beside the cell by no more than the lines lie apart.
                 let height = patch.height_m(p).abs();
                 let beside = (d2 - height * height).max(0.0).sqrt();
                 let beyond = (beside - surfaces.cell_m - spacing_m).max(0.0);
-                height.hypot(beyond)
+                let across = patch.normal.dot(d) * noise_m;
+                let sigma_height = self.height_sigma_m(across, registration_m, patch);
+                (height / sigma_height).hypot(beyond / sigma_m)
             } else {
-                (d2.sqrt() - 0.5 * surfaces.cell_m).max(0.0)
+                (d2.sqrt() - 0.5 * surfaces.cell_m).max(0.0) / sigma_m
             };
-            let sigma = if patch.flat {
-                sigma_m.hypot(patch.roughness_m)
-            } else {
-                sigma_m
-            };
-            least = least.min(distance / sigma);
+            least = least.min(z);
         });
         least
+    }
+
+    /// Standard deviation of a height over `patch`.
+    fn height_sigma_m(&self, across_m: f64, registration_m: f64, patch: &Patch) -> f64 {
+        across_m
+            .hypot(patch.roughness_m)
+            .hypot(registration_m)
+            .max(self.between.map_or(0.0, |b| b.height_m))
     }
 
     fn noise_m(&self, own_range_m: f64, other_range_m: f64) -> f64 {
@@ -230,7 +241,7 @@ impl Judge<'_> {
             .sigma_m(own_range_m)
             .hypot(self.other.noise.sigma_m(other_range_m));
         self.between
-            .map_or(both, |law| both.max(law.sigma_m(other_range_m)))
+            .map_or(both, |law| both.max(law.ranges.sigma_m(other_range_m)))
     }
 
     fn registration_m(&self, own: &Point3<f64>, d_other: &Vector3<f64>) -> f64 {
