@@ -7,5 +7,8 @@
 
 pub mod geometry;
 pub mod mixture;
+
+pub mod distance;
+
 pub mod novelty;
 pub mod shape;

@@ -7,6 +7,7 @@ mod rays;
 mod registration;
 mod surfaces;
 mod view;
+mod voxel;
 
 pub use neighbours::Grid;
 pub use pose::{Pose, RollPitchYaw};
@@ -14,3 +15,4 @@ pub use rays::{Look, Rays, SECTORS};
 pub use registration::{Registration, RegistrationSettings, register};
 pub use surfaces::{Patch, Surfaces};
 pub use view::{NoiseLaw, View};
+pub use voxel::{Thinned, thin};

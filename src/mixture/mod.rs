@@ -1,7 +1,26 @@
 //! Takes points, gives Gaussian mixtures (paper section III.A, Eq. 1-4).
 
+pub mod constants;
+pub mod em;
+mod error;
+mod exponential;
+mod fit;
 mod gaussian;
+mod kernel;
+mod lattice;
 mod model;
+pub mod order;
+mod record;
+mod refit;
+pub mod seed;
+pub mod split;
+pub mod symmetric;
 
-pub use gaussian::Gaussian;
+pub use em::{Collapse, EmSettings, Fit, Stopped};
+pub use error::MixtureError;
+pub use fit::{Components, FitSettings, fit};
+pub use gaussian::{Density, Gaussian};
 pub use model::Mixture;
+pub use record::MixtureRecord;
+pub use refit::{Refit, RefitSettings, Unexplained, refit, sigmas_to_nearest};
+pub use split::{SplitSettings, split_until_flat};

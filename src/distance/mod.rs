@@ -1,0 +1,13 @@
+//! Takes two mixtures, gives the Earth Mover's Distance between them with its plan and duals (paper
+//! section III.B, Eq. 5-6).
+
+mod emd;
+mod error;
+mod ground;
+mod simplex;
+mod transport;
+
+pub use emd::{Emd, Flow, emd, emd_of_costs};
+pub use error::DistanceError;
+pub use ground::{CostMatrix, FM_FLOOR_M2, Ground, cost_matrix, euclid, fm, w2};
+pub use transport::{Transport, transport};

@@ -1,0 +1,279 @@
+//! Exact optimal transport between two lists of masses (Eq. 5 with W = U).
+
+use super::simplex::Simplex;
+use super::{CostMatrix, DistanceError};
+
+/// Relative difference of the two sums that still counts as rounding.
+const BALANCE_SLACK: f64 = 1e-9;
+
+/// Pivots allowed per node before giving up: hundreds of times what hard problems were seen to need.
+const PIVOTS_PER_NODE: usize = 10_000;
+
+/// An optimal plan and the proof that it is one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transport {
+    /// Sum of flow times cost.
+    pub work: f64,
+    /// (row, column, flow) where flow is positive, by row, then column; at most rows + columns - 1.
+    pub plan: Vec<(usize, usize, f64)>,
+    /// u_i: what a little more mass in row i costs, up to a constant shared with `column_duals`.
+    pub row_duals: Vec<f64>,
+    /// v_j; u_i + v_j <= c_ij everywhere.
+    pub column_duals: Vec<f64>,
+    /// `work` less the value of the duals, which no plan can beat.
+    pub duality_gap: f64,
+    /// Pivots made.
+    pub pivots: usize,
+}
+
+/// Moves `left` (rows) onto `right` (columns) at the least cost. Exact; network simplex.
+///
+/// # Errors
+/// Masses that are negative, not finite, without sum or unbalanced; costs not finite or of another shape.
+pub fn transport(
+    left: &[f64],
+    right: &[f64],
+    costs: &CostMatrix,
+) -> Result<Transport, DistanceError> {
+    let (m, n) = (left.len(), right.len());
+    if (costs.rows(), costs.columns()) != (m, n) {
+        return Err(DistanceError::Shape {
+            rows: costs.rows(),
+            columns: costs.columns(),
+            left: m,
+            right: n,
+        });
+    }
+    let (total_left, total_right) = (sum("left", left)?, sum("right", right)?);
+    if (total_left - total_right).abs() > BALANCE_SLACK * total_left.max(total_right) {
+        return Err(DistanceError::Unbalanced {
+            left: total_left,
+            right: total_right,
+        });
+    }
+    if let Some(at) = costs.values().iter().position(|c| !c.is_finite()) {
+        return Err(DistanceError::BadCost {
+            row: at / n,
+            column: at % n,
+        });
+    }
+    let massive = |masses: &[f64]| {
+        (0..masses.len())
+            .filter(|&i| masses[i] > 0.0)
+            .collect::<Vec<_>>()
+    };
+    let (rows, columns) = (massive(left), massive(right));
+    let compact: Vec<f64> = rows
+        .iter()
+        .flat_map(|&r| columns.iter().map(move |&c| costs.values()[r * n + c]))
+        .collect();
+    let masses = |all: &[f64], kept: &[usize]| kept.iter().map(|&i| all[i]).collect::<Vec<_>>();
+    let mut simplex = Simplex::new(&masses(left, &rows), &masses(right, &columns), &compact);
+    let pivots = simplex
+        .solve((rows.len() + columns.len()) * PIVOTS_PER_NODE)
+        .map_err(|pivots| DistanceError::Unfinished { pivots })?;
+
+    let mut plan: Vec<_> = simplex
+        .flows()
+        .map(|(r, c, f)| (rows[r], columns[c], f))
+        .collect();
+    plan.sort_unstable_by_key(|&(r, c, _)| (r, c));
+    let work = plan
+        .iter()
+        .map(|&(r, c, f)| f * costs.values()[r * n + c])
+        .sum();
+    let (row_duals, column_duals) = feasible_duals(simplex.duals(), &rows, &columns, costs);
+    let value =
+        |masses: &[f64], duals: &[f64]| masses.iter().zip(duals).map(|(a, b)| a * b).sum::<f64>();
+    let duality_gap = work - value(left, &row_duals) - value(right, &column_duals);
+    Ok(Transport {
+        work,
+        plan,
+        row_duals,
+        column_duals,
+        duality_gap,
+        pivots,
+    })
+}
+
+fn sum(side: &'static str, masses: &[f64]) -> Result<f64, DistanceError> {
+    for (index, &got) in masses.iter().enumerate() {
+        if !got.is_finite() || got < 0.0 {
+            return Err(DistanceError::BadMass { side, index, got });
+        }
+    }
+    let total: f64 = masses.iter().sum();
+    if total <= 0.0 || !total.is_finite() {
+        return Err(DistanceError::NoMass { side });
+    }
+    Ok(total)
+}
+
+/// Duals for all rows and columns, those without mass too, with u + v <= c exactly kept: columns of
+/// the simplex give every row its u = min (c - v), these give every column its v.
+fn feasible_duals(
+    (_, v): (&[f64], &[f64]),
+    rows: &[usize],
+    columns: &[usize],
+    costs: &CostMatrix,
+) -> (Vec<f64>, Vec<f64>) {
+    let (m, n) = (costs.rows(), costs.columns());
+    let value = costs.values();
+    let mut row_duals = vec![f64::INFINITY; m];
+    for (row, u) in row_duals.iter_mut().enumerate() {
+        for (&column, v) in columns.iter().zip(v) {
+            *u = u.min(value[row * n + column] - v);
+        }
+    }
+    let mut column_duals = vec![f64::INFINITY; n];
+    for &row in rows {
+        for (column, v) in column_duals.iter_mut().enumerate() {
+            *v = v.min(value[row * n + column] - row_duals[row]);
+        }
+    }
+    // Rows without mass yield to columns without mass.
+    for (row, u) in row_duals.iter_mut().enumerate() {
+        for (column, v) in column_duals.iter().enumerate() {
+            *u = u.min(value[row * n + column] - v);
+        }
+    }
+    (row_duals, column_duals)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::transport;
+    use crate::distance::{CostMatrix, DistanceError};
+    use proptest::prelude::*;
+
+    fn matrix(m: usize, n: usize, values: Vec<f64>) -> CostMatrix {
+        CostMatrix::from_rows(m, n, values).expect("as many as it says")
+    }
+
+    /// Checks that the plan moves the masses and that the duals prove it best; gives the work.
+    fn proven(left: &[f64], right: &[f64], costs: &CostMatrix) -> f64 {
+        let t = transport(left, right, costs).expect("balanced");
+        let (mut rows, mut columns) = (vec![0.0; left.len()], vec![0.0; right.len()]);
+        for &(r, c, f) in &t.plan {
+            assert!(f > 0.0);
+            rows[r] += f;
+            columns[c] += f;
+        }
+        let scale: f64 = left.iter().sum();
+        for (a, b) in rows.iter().zip(left).chain(columns.iter().zip(right)) {
+            assert!((a - b).abs() <= 1e-12 * scale, "{a} {b}");
+        }
+        let largest = costs.values().iter().fold(0.0, |a: f64, c| a.max(c.abs()));
+        for (i, u) in t.row_duals.iter().enumerate() {
+            for (j, v) in t.column_duals.iter().enumerate() {
+                assert!(u + v <= costs.get(i, j).expect("inside") + 1e-12 * largest);
+            }
+        }
+        assert!(
+            t.duality_gap.abs() <= 1e-10 * scale * (largest + 1e-300),
+            "{}",
+            t.duality_gap
+        );
+        assert!(t.plan.len() < left.len() + right.len());
+        t.work
+    }
+
+    fn normalised(mut w: Vec<f64>) -> Vec<f64> {
+        let s: f64 = w.iter().sum();
+        w.iter_mut().for_each(|v| *v /= s);
+        w
+    }
+
+    fn masses() -> impl Strategy<Value = Vec<f64>> {
+        let mass = prop_oneof![3 => Just(1.0), 1 => Just(0.0), 2 => 0.01..1.0f64, 1 => Just(1e-300), 1 => Just(1e-17)];
+        proptest::collection::vec(mass, 1..14)
+            .prop_filter("some mass", |w| w.iter().sum::<f64>() > 0.0)
+            .prop_map(normalised)
+    }
+
+    fn by_linear_programme(left: &[f64], right: &[f64], costs: &CostMatrix) -> f64 {
+        use microlp::{ComparisonOp, OptimizationDirection, Problem};
+        let mut lp = Problem::new(OptimizationDirection::Minimize);
+        let f: Vec<_> = costs
+            .values()
+            .iter()
+            .map(|&c| lp.add_var(c, (0.0, f64::INFINITY)))
+            .collect();
+        let n = right.len();
+        for (i, a) in left.iter().enumerate() {
+            lp.add_constraint((0..n).map(|j| (f[i * n + j], 1.0)), ComparisonOp::Eq, *a);
+        }
+        for (j, b) in right.iter().enumerate().skip(1) {
+            lp.add_constraint(
+                (0..left.len()).map(|i| (f[i * n + j], 1.0)),
+                ComparisonOp::Eq,
+                *b,
+            );
+        }
+        match lp.solve().expect("feasible") {
+            microlp::SolveOutcome::Solution(solution) => solution.objective(),
+            microlp::SolveOutcome::Interrupted(_) => f64::NAN,
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_answer_is_proven(left in masses(), right in masses(), raw in proptest::collection::vec(0.0..10.0f64, 196), coarse in any::<bool>()) {
+            let (m, n) = (left.len(), right.len());
+            let values: Vec<f64> = raw[..m * n].iter().map(|c| if coarse { c.floor() / 3.0 } else { *c }).collect();
+            let costs = matrix(m, n, values);
+            let work = proven(&left, &right, &costs);
+            let turned: Vec<f64> = (0..n * m).map(|e| costs.values()[(e % m) * n + e / m]).collect();
+            prop_assert!((proven(&right, &left, &matrix(n, m, turned)) - work).abs() < 1e-11);
+        }
+
+        #[test]
+        fn agrees_with_a_linear_programme(left in proptest::collection::vec(0.05..1.0f64, 2..9), right in proptest::collection::vec(0.05..1.0f64, 2..9), raw in proptest::collection::vec(0.0..10.0f64, 64)) {
+            let (left, right) = (normalised(left), normalised(right));
+            let costs = matrix(left.len(), right.len(), raw[..left.len() * right.len()].to_vec());
+            let got = proven(&left, &right, &costs);
+            prop_assert!((got - by_linear_programme(&left, &right, &costs)).abs() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn ties_everywhere_end() {
+        for n in [2usize, 7, 40, 120] {
+            let even = vec![1.0 / n as f64; n];
+            let values = (0..n * n).map(|e| ((e / n + e % n) % 3) as f64).collect();
+            proven(&even, &even, &matrix(n, n, values));
+            assert_eq!(
+                proven(&even, &even, &matrix(n, n, vec![1.0; n * n])),
+                even.iter().sum::<f64>()
+            );
+            assert_eq!(proven(&even, &even, &matrix(n, n, vec![0.0; n * n])), 0.0);
+        }
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let c = matrix(1, 2, vec![1.0, 2.0]);
+        let err = |l: &[f64], r: &[f64], c: &CostMatrix| transport(l, r, c).expect_err("refused");
+        assert!(matches!(
+            err(&[1.0], &[0.5, 0.6], &c),
+            DistanceError::Unbalanced { .. }
+        ));
+        assert!(matches!(
+            err(&[1.0], &[1.0], &c),
+            DistanceError::Shape { .. }
+        ));
+        assert!(matches!(
+            err(&[0.0], &[0.0, 0.0], &c),
+            DistanceError::NoMass { side: "left" }
+        ));
+        assert!(matches!(
+            err(&[1.0], &[-1.0, 2.0], &c),
+            DistanceError::BadMass { index: 0, .. }
+        ));
+        let c = matrix(1, 2, vec![1.0, f64::NAN]);
+        assert!(matches!(
+            err(&[1.0], &[0.5, 0.5], &c),
+            DistanceError::BadCost { row: 0, column: 1 }
+        ));
+    }
+}

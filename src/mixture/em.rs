@@ -1,0 +1,544 @@
+//! Expectation maximisation with full covariances (the paper's reference [12]; Dempster, Laird and
+//! Rubin 1977). Exact; the same answer whatever the number of threads.
+
+use super::constants::{DEAD_SHARE, ITERATIONS, REGULARISATION_M2, TOLERANCE};
+use super::kernel::{Ready, Sums, Tally};
+use super::lattice::{Block, Lattice};
+use super::symmetric::Eigen;
+use super::{Gaussian, Mixture, MixtureError};
+use nalgebra::{Matrix3, Point3, Vector3};
+use rayon::prelude::*;
+
+/// Blocks summed by one worker in one go. Fixed, so that the order of summing never depends on threads.
+const RUN: usize = 64;
+
+/// How long and how carefully to run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EmSettings {
+    /// M steps at most.
+    pub iterations: usize,
+    /// Stop when the mean log-likelihood rises by less than this, nats per point; 0 runs exactly `iterations`.
+    pub tolerance: f64,
+    /// Added to the covariances' diagonals after each M step, square metres.
+    pub regularisation_m2: f64,
+    /// Worker threads; 1 works on the caller's thread, 0 uses the pool the caller stands in.
+    pub threads: usize,
+}
+
+impl Default for EmSettings {
+    fn default() -> Self {
+        Self {
+            iterations: ITERATIONS,
+            tolerance: TOLERANCE,
+            regularisation_m2: REGULARISATION_M2,
+            threads: 1,
+        }
+    }
+}
+
+impl EmSettings {
+    fn check(&self) -> Result<(), MixtureError> {
+        for (name, got) in [
+            ("tolerance", self.tolerance),
+            ("regularisation_m2", self.regularisation_m2),
+        ] {
+            if !got.is_finite() || got < 0.0 {
+                return Err(MixtureError::BadSetting {
+                    name,
+                    got,
+                    expected: "a finite number >= 0",
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Why EM ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Stopped {
+    /// The likelihood rose by less than the tolerance.
+    Converged,
+    /// As many M steps as were allowed, or, with tolerance 0, asked for.
+    IterationCap,
+}
+
+/// A component that is no full Gaussian of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Collapse {
+    /// No point is left to it: weight 0, mean and covariance as last held.
+    NoMass,
+    /// Its points lie on a plane, line or spot: only the regularisation gives it a thickness.
+    NoVolume,
+}
+
+/// What a run of EM gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// The mixture after the last M step; component k grew from component k of the start.
+    pub mixture: Mixture,
+    /// Mean over the points (by weight) of ln f under `mixture`, nats.
+    pub mean_log_likelihood: f64,
+    /// M steps made.
+    pub iterations: usize,
+    /// Why it ended.
+    pub stopped: Stopped,
+    /// Components that collapsed, by index.
+    pub collapsed: Vec<(usize, Collapse)>,
+}
+
+/// Runs EM from `start` on `points` (metres), each counting as `weights` says (1 if absent).
+///
+/// Cost: n K per iteration at most, less where components are local. No memory of size n K.
+///
+/// # Errors
+/// No points, no components, coordinates or weights that are not finite, weights without sum,
+/// covariances that stay singular (regularisation 0), threads that cannot be had.
+pub fn run(
+    points: &[Point3<f64>],
+    weights: Option<&[f64]>,
+    start: Mixture,
+    settings: &EmSettings,
+) -> Result<Fit, MixtureError> {
+    run_frozen(points, weights, start, 0, settings)
+}
+
+/// As [`run`], with means and covariances of the first `frozen` components held; their weights are free.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_frozen(
+    points: &[Point3<f64>],
+    weights: Option<&[f64]>,
+    start: Mixture,
+    frozen: usize,
+    settings: &EmSettings,
+) -> Result<Fit, MixtureError> {
+    settings.check()?;
+    let start = Mixture::from_masses(start.weights, start.components)?;
+    if start.is_empty() {
+        return Err(MixtureError::NoComponents);
+    }
+    let lattice = Lattice::new(points, weights)?;
+    let run = Run::new(&lattice, start, frozen, settings)?;
+    match settings.threads {
+        1 => run.iterate(settings, Tally::pass_all),
+        0 => run.iterate(settings, pass_parallel),
+        threads => rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| MixtureError::Threads {
+                threads,
+                reason: e.to_string(),
+            })?
+            .install(|| run.iterate(settings, pass_parallel)),
+    }
+}
+
+type Pass = fn(&mut [Tally], &[Ready], &[Block], &mut [u32], bool);
+
+impl Tally {
+    fn pass_all(
+        tallies: &mut [Self],
+        ready: &[Ready],
+        blocks: &[Block],
+        favourites: &mut [u32],
+        moments: bool,
+    ) {
+        let runs = tallies
+            .iter_mut()
+            .zip(blocks.chunks(RUN))
+            .zip(favourites.chunks_mut(RUN));
+        for ((tally, blocks), favourites) in runs {
+            tally.pass(ready, blocks, favourites, moments);
+        }
+    }
+}
+
+fn pass_parallel(
+    tallies: &mut [Tally],
+    ready: &[Ready],
+    blocks: &[Block],
+    favourites: &mut [u32],
+    moments: bool,
+) {
+    tallies
+        .par_iter_mut()
+        .zip(blocks.par_chunks(RUN))
+        .zip(favourites.par_chunks_mut(RUN))
+        .for_each(|((tally, blocks), favourites)| tally.pass(ready, blocks, favourites, moments));
+}
+
+/// A run under way; everything it needs is allocated before the first iteration.
+struct Run<'a> {
+    lattice: &'a Lattice,
+    mixture: Mixture,
+    frozen: usize,
+    ready: Vec<Ready>,
+    tallies: Vec<Tally>,
+    favourites: Vec<u32>,
+    sums: Vec<Sums>,
+    no_volume: Vec<bool>,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        lattice: &'a Lattice,
+        mut mixture: Mixture,
+        frozen: usize,
+        settings: &EmSettings,
+    ) -> Result<Self, MixtureError> {
+        let k = mixture.len();
+        mixture
+            .components
+            .iter_mut()
+            .for_each(|g| g.mean -= lattice.centre);
+        let mut ready = Vec::with_capacity(k);
+        for (component, (&w, g)) in mixture.weights.iter().zip(&mixture.components).enumerate() {
+            ready.push(make_ready(component, w, g, settings.regularisation_m2)?);
+        }
+        Ok(Self {
+            lattice,
+            frozen: frozen.min(k),
+            ready,
+            tallies: vec![Tally::new(k); lattice.blocks.len().div_ceil(RUN)],
+            favourites: vec![0; lattice.blocks.len()],
+            sums: vec![[0.0; 10]; k],
+            no_volume: vec![false; k],
+            mixture,
+        })
+    }
+
+    fn iterate(mut self, settings: &EmSettings, pass: Pass) -> Result<Fit, MixtureError> {
+        let mut iterations = 0;
+        let mut last = f64::NEG_INFINITY;
+        let (mean_log_likelihood, stopped) = loop {
+            let capped = iterations == settings.iterations;
+            pass(
+                &mut self.tallies,
+                &self.ready,
+                &self.lattice.blocks,
+                &mut self.favourites,
+                !capped,
+            );
+            let likelihood = self.tallies.iter().map(|t| t.log_likelihood).sum::<f64>()
+                / self.lattice.total_weight;
+            if !likelihood.is_finite() {
+                return Err(MixtureError::OutOfReach);
+            }
+            if settings.tolerance > 0.0 && iterations > 0 && likelihood - last < settings.tolerance
+            {
+                break (likelihood, Stopped::Converged);
+            }
+            if capped {
+                break (likelihood, Stopped::IterationCap);
+            }
+            last = likelihood;
+            self.maximise(settings.regularisation_m2)?;
+            iterations += 1;
+        };
+        let collapsed = self.collapsed();
+        let mut mixture = self.mixture;
+        mixture
+            .components
+            .iter_mut()
+            .for_each(|g| g.mean += self.lattice.centre);
+        Ok(Fit {
+            mixture,
+            mean_log_likelihood,
+            iterations,
+            stopped,
+            collapsed,
+        })
+    }
+
+    /// The M step.
+    fn maximise(&mut self, regularisation_m2: f64) -> Result<(), MixtureError> {
+        self.sums.iter_mut().for_each(|s| *s = [0.0; 10]);
+        for tally in &self.tallies {
+            for (sum, part) in self.sums.iter_mut().zip(&tally.sums) {
+                for (s, p) in sum.iter_mut().zip(part) {
+                    *s += p;
+                }
+            }
+        }
+        let total = self.lattice.total_weight;
+        let mut weight_sum = 0.0;
+        for (k, sums) in self.sums.iter().enumerate() {
+            let gaussian = &mut self.mixture.components[k];
+            let alive = sums[0] > DEAD_SHARE * total;
+            let weight = if alive { sums[0] / total } else { 0.0 };
+            self.mixture.weights[k] = weight;
+            weight_sum += weight;
+            if alive && k >= self.frozen {
+                let (shift, covariance) = moments(sums);
+                gaussian.mean += shift;
+                self.no_volume[k] = Eigen::of(&covariance).values[0]
+                    <= regularisation_m2.max(f64::EPSILON * covariance.trace());
+                gaussian.covariance =
+                    covariance + Matrix3::from_diagonal_element(regularisation_m2);
+            }
+        }
+        for (k, weight) in self.mixture.weights.iter_mut().enumerate() {
+            *weight /= weight_sum;
+            self.ready[k] = make_ready(k, *weight, &self.mixture.components[k], regularisation_m2)?;
+        }
+        Ok(())
+    }
+
+    fn collapsed(&self) -> Vec<(usize, Collapse)> {
+        let state = |(k, &weight): (usize, &f64)| match (weight == 0.0, self.no_volume[k]) {
+            (true, _) => Some((k, Collapse::NoMass)),
+            (false, true) => Some((k, Collapse::NoVolume)),
+            (false, false) => None,
+        };
+        self.mixture
+            .weights
+            .iter()
+            .enumerate()
+            .filter_map(state)
+            .collect()
+    }
+}
+
+/// Shift of the mean and the covariance about the new mean.
+fn moments(sums: &Sums) -> (Vector3<f64>, Matrix3<f64>) {
+    let [n, x, y, z, xx, xy, xz, yy, yz, zz] = *sums;
+    let shift = Vector3::new(x, y, z) / n;
+    let about_old = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) / n;
+    (shift, about_old - shift * shift.transpose())
+}
+
+/// Ready for the next pass. A covariance whose thickness drowns in the rounding of its length is
+/// evaluated a trace of rounding thicker; the mixture itself keeps what the M step gave.
+fn make_ready(
+    component: usize,
+    weight: f64,
+    gaussian: &Gaussian,
+    regularisation_m2: f64,
+) -> Result<Ready, MixtureError> {
+    if let Some(ready) = Ready::new(weight, gaussian) {
+        return Ok(ready);
+    }
+    let trace = gaussian.covariance.trace();
+    let floor = regularisation_m2.max(trace * 16.0 * f64::EPSILON);
+    for extra in [floor, 100.0 * floor] {
+        let thicker = Gaussian {
+            covariance: gaussian.covariance + Matrix3::from_diagonal_element(extra),
+            ..*gaussian
+        };
+        if let Some(ready) = Ready::new(weight, &thicker).filter(|_| regularisation_m2 > 0.0) {
+            return Ok(ready);
+        }
+    }
+    Err(MixtureError::Singular { component })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Collapse, EmSettings, Stopped, run, run_frozen};
+    use crate::mixture::{Gaussian, Mixture, MixtureError};
+    use nalgebra::{Matrix3, Point3, Vector3};
+    use proptest::prelude::*;
+
+    fn exactly(iterations: usize) -> EmSettings {
+        EmSettings {
+            iterations,
+            tolerance: 0.0,
+            ..EmSettings::default()
+        }
+    }
+
+    /// Components of 1 m around every stride-th point.
+    fn start_at(points: &[Point3<f64>], k: usize) -> Mixture {
+        let stride = (points.len() / k).max(1);
+        let components = (0..k)
+            .map(|i| Gaussian {
+                mean: points[(i * stride).min(points.len() - 1)],
+                covariance: Matrix3::identity(),
+            })
+            .collect();
+        Mixture {
+            weights: vec![1.0 / k as f64; k],
+            components,
+        }
+    }
+
+    fn cloud(
+        n: impl Into<proptest::collection::SizeRange>,
+    ) -> impl Strategy<Value = Vec<Point3<f64>>> {
+        proptest::collection::vec(
+            proptest::array::uniform3(-3.0..3.0f64).prop_map(Point3::from),
+            n,
+        )
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+        #[test]
+        fn likelihood_never_falls_and_is_that_of_the_mixture(points in cloud(40..400), k in 1usize..6) {
+            let mut last = f64::NEG_INFINITY;
+            for iterations in 0..8 {
+                let settings = EmSettings { regularisation_m2: 1e-15, ..exactly(iterations) };
+                let fit = run(&points, None, start_at(&points, k), &settings).expect("fits");
+                prop_assert!(fit.mean_log_likelihood >= last - 1e-10);
+                last = fit.mean_log_likelihood;
+                let slow = points.iter().map(|p| fit.mixture.log_density(p).expect("density")).sum::<f64>()
+                    / points.len() as f64;
+                prop_assert!((slow - last).abs() < 1e-10, "{slow} {last}");
+            }
+        }
+
+        #[test]
+        fn moving_the_cloud_moves_the_mixture(points in cloud(100..300), k in 1usize..5) {
+            let shift = Vector3::new(1e6, -1e6, 5e5);
+            let far: Vec<_> = points.iter().map(|p| p + shift).collect();
+            let here = run(&points, None, start_at(&points, k), &exactly(10)).expect("fits");
+            let there = run(&far, None, start_at(&far, k), &exactly(10)).expect("fits");
+            prop_assert!((here.mean_log_likelihood - there.mean_log_likelihood).abs() < 1e-6);
+            for (a, b) in here.mixture.components.iter().zip(&there.mixture.components) {
+                prop_assert!((a.mean + shift - b.mean).norm() < 1e-6);
+            }
+        }
+    }
+
+    fn lattice_points(n: usize) -> Vec<Point3<f64>> {
+        (0..n)
+            .map(|i| {
+                let t = i as f64;
+                Point3::new(
+                    (t * 0.37).sin() * 3.0,
+                    (t * 0.11).cos() * 2.0,
+                    (t * t * 0.013).sin(),
+                )
+            })
+            .collect()
+    }
+
+    #[test]
+    fn threads_do_not_change_a_bit_of_the_answer() {
+        let points = lattice_points(20_000);
+        let one = run(&points, None, start_at(&points, 12), &exactly(5)).expect("fits");
+        for threads in [0, 2, 3] {
+            let settings = EmSettings {
+                threads,
+                ..exactly(5)
+            };
+            assert_eq!(
+                run(&points, None, start_at(&points, 12), &settings).expect("fits"),
+                one
+            );
+        }
+    }
+
+    #[test]
+    fn weights_count_as_repeated_points() {
+        let points = lattice_points(300);
+        let weights: Vec<f64> = (0..300).map(|i| f64::from(i % 3)).collect();
+        let repeated: Vec<_> = (0..300).flat_map(|i| vec![points[i]; i % 3]).collect();
+        let start = start_at(&points, 4);
+        let a = run(&points, Some(&weights), start.clone(), &exactly(10)).expect("fits");
+        let b = run(&repeated, None, start, &exactly(10)).expect("fits");
+        assert!((a.mean_log_likelihood - b.mean_log_likelihood).abs() < 1e-11);
+        for (x, y) in a.mixture.components.iter().zip(&b.mixture.components) {
+            assert!((x.mean - y.mean).norm() < 1e-9 && (x.covariance - y.covariance).amax() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn degenerate_clouds_have_defined_answers() {
+        let p = Point3::new(1e6, -3.0, 2.0);
+        assert_eq!(
+            run(&[], None, start_at(&[p], 1), &exactly(1)).expect_err("refused"),
+            MixtureError::NoPoints
+        );
+        assert_eq!(
+            run(&[p], None, Mixture::default(), &exactly(1)).expect_err("refused"),
+            MixtureError::NoComponents
+        );
+        let x = Vector3::x();
+        let clouds = [
+            vec![p],
+            vec![p; 50],
+            vec![p, p + x, p + Vector3::y()],
+            (0..40).map(|i| p + x * f64::from(i)).collect(),
+            (0..40)
+                .map(|i| p + Vector3::new(f64::from(i % 7), f64::from(i / 7), 0.0))
+                .collect(),
+        ];
+        for points in &clouds {
+            for k in [1, 2, 7] {
+                let fit = run(points, None, start_at(points, k), &exactly(20)).expect("defined");
+                assert!(fit.mean_log_likelihood.is_finite());
+                let mixture = fit.mixture;
+                Mixture::try_new(mixture.weights, mixture.components).expect("a sound mixture");
+                assert!(!fit.collapsed.is_empty());
+            }
+            let bare = EmSettings {
+                regularisation_m2: 0.0,
+                ..exactly(3)
+            };
+            assert!(matches!(
+                run(points, None, start_at(points, 1), &bare),
+                Err(MixtureError::Singular { component: 0 })
+            ));
+        }
+        assert!(matches!(
+            run(
+                &[p, Point3::new(f64::NAN, 0.0, 0.0)],
+                None,
+                start_at(&[p], 1),
+                &exactly(1)
+            ),
+            Err(MixtureError::PointNotFinite { index: 1 })
+        ));
+    }
+
+    #[test]
+    fn a_component_far_from_all_points_dies_and_is_named() {
+        let points = lattice_points(500);
+        let mut start = start_at(&points, 2);
+        start.components[1].mean = Point3::new(500.0, 0.0, 0.0);
+        let fit = run(&points, None, start, &exactly(5)).expect("fits");
+        assert_eq!(fit.mixture.weights, vec![1.0, 0.0]);
+        assert_eq!(fit.collapsed, vec![(1, Collapse::NoMass)]);
+        assert!((fit.mixture.components[1].mean.x - 500.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn frozen_components_keep_their_shape_and_change_their_weight() {
+        let points = lattice_points(900);
+        let start = start_at(&points, 3);
+        let fit = run_frozen(&points, None, start.clone(), 2, &exactly(8)).expect("fits");
+        for k in 0..2 {
+            assert!((fit.mixture.components[k].mean - start.components[k].mean).norm() < 1e-12);
+            assert_eq!(
+                fit.mixture.components[k].covariance,
+                start.components[k].covariance
+            );
+        }
+        assert_ne!(
+            fit.mixture.components[2].covariance,
+            start.components[2].covariance
+        );
+        assert_ne!(fit.mixture.weights, start.weights);
+    }
+
+    #[test]
+    fn it_stops_when_nothing_moves() {
+        let points = lattice_points(400);
+        let settings = EmSettings {
+            iterations: 1000,
+            tolerance: 1e-6,
+            ..EmSettings::default()
+        };
+        let fit = run(&points, None, start_at(&points, 2), &settings).expect("fits");
+        assert_eq!(fit.stopped, Stopped::Converged);
+        assert!(fit.iterations < 1000);
+        let capped = run(&points, None, start_at(&points, 2), &exactly(3)).expect("fits");
+        assert_eq!(
+            (capped.stopped, capped.iterations),
+            (Stopped::IterationCap, 3)
+        );
+    }
+}

@@ -1,0 +1,135 @@
+//! A mixture as JSON: `{"weights": [K], "means": [K][3], "covs": [K][6]}`, covariances as xx xy xz yy yz zz.
+
+use super::{Gaussian, Mixture, MixtureError};
+use nalgebra::{Matrix3, Point3};
+use serde::{Deserialize, Serialize};
+
+/// The three arrays as they stand in a file. Metres and square metres.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MixtureRecord {
+    /// p_k.
+    pub weights: Vec<f64>,
+    /// mu_k.
+    pub means: Vec<[f64; 3]>,
+    /// Sigma_k: xx xy xz yy yz zz.
+    pub covs: Vec<[f64; 6]>,
+}
+
+impl MixtureRecord {
+    /// Reads a record and checks it; unknown keys beside the three are ignored, so that the output
+    /// of a fit is itself a start.
+    ///
+    /// # Errors
+    /// [`MixtureError::Record`] for text of another form, else as [`Mixture::try_new`].
+    pub fn parse(json: &str) -> Result<Mixture, MixtureError> {
+        let record: Self =
+            serde_json::from_str(json).map_err(|e| MixtureError::Record(e.to_string()))?;
+        record.try_into()
+    }
+}
+
+impl From<&Mixture> for MixtureRecord {
+    fn from(mixture: &Mixture) -> Self {
+        let cov = |g: &Gaussian| {
+            let c = &g.covariance;
+            [
+                c[(0, 0)],
+                c[(0, 1)],
+                c[(0, 2)],
+                c[(1, 1)],
+                c[(1, 2)],
+                c[(2, 2)],
+            ]
+        };
+        Self {
+            weights: mixture.weights.clone(),
+            means: mixture.components.iter().map(|g| g.mean.into()).collect(),
+            covs: mixture.components.iter().map(cov).collect(),
+        }
+    }
+}
+
+impl TryFrom<MixtureRecord> for Mixture {
+    type Error = MixtureError;
+
+    fn try_from(record: MixtureRecord) -> Result<Self, MixtureError> {
+        let expected = record.weights.len();
+        for (array, got) in [("means", record.means.len()), ("covs", record.covs.len())] {
+            if got != expected {
+                return Err(MixtureError::LengthsDiffer {
+                    array,
+                    got,
+                    like: "weights",
+                    expected,
+                });
+            }
+        }
+        let components = record
+            .means
+            .iter()
+            .zip(&record.covs)
+            .map(|(mean, &[xx, xy, xz, yy, yz, zz])| Gaussian {
+                mean: Point3::from(*mean),
+                covariance: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+            })
+            .collect();
+        Mixture::try_new(record.weights, components)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::MixtureRecord;
+    use crate::mixture::MixtureError;
+
+    const TWO: &str = r#"{"weights":[0.25,0.75],"means":[[0.0,1.0,2.0],[3.0,4.0,5.0]],"covs":[[1.0,0.1,0.2,2.0,0.3,3.0],[1.0,0.0,0.0,1.0,0.0,0.0]]}"#;
+
+    #[test]
+    fn there_and_back_is_the_same_text() {
+        let mixture = MixtureRecord::parse(TWO).expect("sound");
+        assert_eq!(mixture.components[0].covariance[(2, 1)], 0.3);
+        let text = serde_json::to_string(&MixtureRecord::from(&mixture)).expect("serialises");
+        assert_eq!(text, TWO);
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let refused = |text: &str| MixtureRecord::parse(text).expect_err("refused");
+        let e = refused(&TWO.replace("[3.0,4.0,5.0]", "[3.0,4.0]"));
+        assert!(
+            matches!(&e, MixtureError::Record(m) if m.contains("length")),
+            "{e}"
+        );
+        let e = refused(&TWO.replace("[0.25,0.75]", "[1.0]"));
+        assert_eq!(
+            e.to_string(),
+            "`means` has 2 entries, expected 1 as `weights`"
+        );
+        let e = refused(&TWO.replace("0.75", "0.5"));
+        assert_eq!(
+            e.to_string(),
+            "weights sum to 0.75, expected 1 within 0.000001"
+        );
+        let e = refused(&TWO.replace("0.25,0.75", "-0.25,1.25"));
+        assert_eq!(
+            e,
+            MixtureError::BadWeight {
+                component: 0,
+                got: -0.25
+            }
+        );
+        let e = refused(&TWO.replace("[1.0,0.1", "[1.0,5.1"));
+        assert!(matches!(
+            e,
+            MixtureError::NotSemiDefinite { component: 0, .. }
+        ));
+        assert!(matches!(
+            refused(&TWO.replace("0.25", "NaN")),
+            MixtureError::Record(_)
+        ));
+        assert!(matches!(
+            refused(&TWO.replace("0.25", "1e999")),
+            MixtureError::Record(_)
+        ));
+    }
+}

@@ -1,0 +1,306 @@
+//! The revisit explained by the reference: its components stay where they are, only their weights are
+//! free, and new ones stand only where points stay unexplained. Two independent fits of one place
+//! differ by EM's local optima; these two do not (design, section 5).
+
+use super::constants::{REFIT_ITERATIONS, REGULARISATION_M2, UNEXPLAINED_SIGMAS};
+use super::em::run_frozen;
+use super::kernel::Ready;
+use super::lattice::{BLOCK, Lattice};
+use super::split::{SplitSettings, split_until_flat};
+use super::{EmSettings, Gaussian, Mixture, MixtureError};
+use nalgebra::{Matrix3, Point3};
+
+/// Which points the reference does not explain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unexplained<'a> {
+    /// Those farther than so many sigmas (Mahalanobis) from every reference component that has weight.
+    Beyond {
+        /// Sigmas.
+        sigmas: f64,
+        /// Variance of the points' own noise, added to every component before measuring, square metres.
+        noise_m2: f64,
+    },
+    /// Those the caller found, as indices into the points.
+    Listed(&'a [usize]),
+}
+
+impl Default for Unexplained<'_> {
+    fn default() -> Self {
+        Self::Beyond {
+            sigmas: UNEXPLAINED_SIGMAS,
+            noise_m2: REGULARISATION_M2,
+        }
+    }
+}
+
+/// How a refit runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RefitSettings {
+    /// How unexplained points become new components.
+    pub split: SplitSettings,
+    /// How weights and new components settle.
+    pub em: EmSettings,
+}
+
+impl Default for RefitSettings {
+    fn default() -> Self {
+        Self {
+            split: SplitSettings::default(),
+            em: EmSettings {
+                iterations: REFIT_ITERATIONS,
+                ..EmSettings::default()
+            },
+        }
+    }
+}
+
+/// The revisit's mixture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refit {
+    /// First the reference's components in their order, then the new ones.
+    pub mixture: Mixture,
+    /// How many are the reference's.
+    pub frozen: usize,
+    /// Indices of the points that were taken as unexplained, ascending.
+    pub unexplained: Vec<usize>,
+    /// Mean over the points (by weight) of ln f, nats.
+    pub mean_log_likelihood: f64,
+}
+
+/// Refits `points` (metres; `weights` 1 if absent) from `reference`.
+///
+/// # Errors
+/// As [`super::em::run`]; an index in [`Unexplained::Listed`] that is no point's.
+pub fn refit(
+    reference: &Mixture,
+    points: &[Point3<f64>],
+    weights: Option<&[f64]>,
+    unexplained: Unexplained<'_>,
+    settings: &RefitSettings,
+) -> Result<Refit, MixtureError> {
+    let unexplained = match unexplained {
+        Unexplained::Listed(listed) => checked(listed, points.len())?,
+        Unexplained::Beyond { sigmas, noise_m2 } => {
+            let distances = sigmas_to_nearest(reference, points, noise_m2, sigmas)?;
+            (0..points.len())
+                .filter(|&i| distances[i] > sigmas)
+                .collect()
+        }
+    };
+    let weight = |i: usize| weights.and_then(|w| w.get(i).copied()).unwrap_or(1.0);
+    let total: f64 = (0..points.len()).map(weight).sum();
+    let new_mass: f64 = unexplained.iter().map(|&i| weight(i)).sum();
+    let mut masses: Vec<f64> = reference
+        .weights
+        .iter()
+        .map(|w| w * (total - new_mass))
+        .collect();
+    // A component without weight can never win any back: even a hidden one is offered a point's share.
+    let least = total / points.len().max(1) as f64;
+    masses.iter_mut().for_each(|m| *m = m.max(least));
+    let mut components = reference.components.clone();
+    if new_mass > 0.0 {
+        let places: Vec<Point3<f64>> = unexplained.iter().map(|&i| points[i]).collect();
+        let shares: Vec<f64> = unexplained.iter().map(|&i| weight(i)).collect();
+        let new = split_until_flat(&places, Some(&shares), &settings.split)?;
+        masses.extend(new.weights.iter().map(|w| w * new_mass));
+        components.extend(new.components);
+    }
+    let start = Mixture {
+        weights: masses,
+        components,
+    };
+    let fit = run_frozen(points, weights, start, reference.len(), &settings.em)?;
+    let mut mixture = fit.mixture;
+    // To the bit: centring for the fit moved the means by rounding.
+    mixture.components[..reference.len()].copy_from_slice(&reference.components);
+    Ok(Refit {
+        mixture,
+        frozen: reference.len(),
+        unexplained,
+        mean_log_likelihood: fit.mean_log_likelihood,
+    })
+}
+
+fn checked(listed: &[usize], len: usize) -> Result<Vec<usize>, MixtureError> {
+    let mut indices = listed.to_vec();
+    indices.sort_unstable();
+    indices.dedup();
+    match indices.last() {
+        Some(&index) if index >= len => Err(MixtureError::NoSuchPoint { index, len }),
+        _ => Ok(indices),
+    }
+}
+
+/// Mahalanobis distance of every point from the component of `mixture` (of some weight) that is nearest
+/// in that sense, each widened by `noise_m2`. Exact up to `cap` sigmas; beyond it infinite, so that far
+/// components are not visited.
+///
+/// # Errors
+/// Coordinates that are not finite; a component without volume if `noise_m2` is 0.
+pub fn sigmas_to_nearest(
+    mixture: &Mixture,
+    points: &[Point3<f64>],
+    noise_m2: f64,
+    cap: f64,
+) -> Result<Vec<f64>, MixtureError> {
+    let mut nearest = vec![f64::INFINITY; points.len()];
+    if points.is_empty() {
+        return Ok(nearest);
+    }
+    let lattice = Lattice::new(points, None)?;
+    let mut ready = Vec::with_capacity(mixture.len());
+    for (component, (&weight, g)) in mixture.weights.iter().zip(&mixture.components).enumerate() {
+        if weight > 0.0 {
+            let wide = Gaussian {
+                mean: g.mean - lattice.centre,
+                covariance: g.covariance + Matrix3::from_diagonal_element(noise_m2),
+            };
+            ready.push(Ready::new(weight, &wide).ok_or(MixtureError::Singular { component })?);
+        }
+    }
+    let half_cap = 0.5 * cap * cap;
+    let mut halves = [0.0; BLOCK];
+    for block in &lattice.blocks {
+        let mut best = [f64::INFINITY; BLOCK];
+        for component in &ready {
+            if component.half_mahalanobis_floor(block) > half_cap {
+                continue;
+            }
+            component.half_mahalanobis(block, &mut halves);
+            for (best, half) in best.iter_mut().zip(&halves) {
+                *best = best.min(*half);
+            }
+        }
+        for (&index, half) in block.index[..block.len].iter().zip(best) {
+            let sigmas = (2.0 * half).sqrt();
+            nearest[index as usize] = if sigmas > cap { f64::INFINITY } else { sigmas };
+        }
+    }
+    Ok(nearest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{RefitSettings, Unexplained, refit, sigmas_to_nearest};
+    use crate::mixture::split::{SplitSettings, split_until_flat};
+    use crate::mixture::{Density, Mixture, MixtureError};
+    use nalgebra::{Point3, Vector3};
+
+    /// A floor of 4 m by 3 m.
+    fn floor() -> Vec<Point3<f64>> {
+        (0..6000)
+            .map(|i| {
+                let t = f64::from(i);
+                Point3::new(
+                    t * 0.754_877 % 4.0,
+                    t * 0.569_84 % 3.0,
+                    0.01 * (t * 1.3).sin(),
+                )
+            })
+            .collect()
+    }
+
+    fn reference() -> Mixture {
+        split_until_flat(&floor(), None, &SplitSettings::default()).expect("splits")
+    }
+
+    #[test]
+    fn the_same_cloud_needs_nothing_new() {
+        let (reference, points) = (reference(), floor());
+        let same = refit(
+            &reference,
+            &points,
+            None,
+            Unexplained::default(),
+            &RefitSettings::default(),
+        )
+        .expect("fits");
+        assert_eq!(
+            (same.frozen, same.mixture.len()),
+            (reference.len(), reference.len())
+        );
+        assert_eq!(same.mixture.components, reference.components);
+        assert!(same.unexplained.is_empty());
+        for (a, b) in same.mixture.weights.iter().zip(&reference.weights) {
+            assert!((a - b).abs() < 0.03, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn a_thing_on_the_floor_gets_components_of_its_own() {
+        let (reference, mut points) = (reference(), floor());
+        let centre = Point3::new(2.0, 1.5, 1.0);
+        points.extend((0..300).map(|i| {
+            let t = f64::from(i);
+            centre + Vector3::new(t.sin(), (t * 1.7).cos(), (t * 0.3).sin()) * 0.15
+        }));
+        let found = refit(
+            &reference,
+            &points,
+            None,
+            Unexplained::default(),
+            &RefitSettings::default(),
+        )
+        .expect("fits");
+        assert_eq!(found.unexplained, (6000..6300).collect::<Vec<_>>());
+        assert!(found.mixture.len() > reference.len());
+        let new: f64 = found.mixture.weights[found.frozen..].iter().sum();
+        assert!((new - 300.0 / 6300.0).abs() < 1e-6, "{new}");
+        for g in &found.mixture.components[found.frozen..] {
+            assert!((g.mean - centre).norm() < 0.3);
+        }
+        let listed: Vec<usize> = (6000..6300).rev().collect();
+        let told = refit(
+            &reference,
+            &points,
+            None,
+            Unexplained::Listed(&listed),
+            &RefitSettings::default(),
+        )
+        .expect("fits");
+        assert_eq!(told, found);
+        let err = refit(
+            &reference,
+            &points,
+            None,
+            Unexplained::Listed(&[6300]),
+            &RefitSettings::default(),
+        );
+        assert_eq!(
+            err,
+            Err(MixtureError::NoSuchPoint {
+                index: 6300,
+                len: 6300
+            })
+        );
+    }
+
+    #[test]
+    fn sigmas_are_those_of_a_full_search() {
+        let (reference, points) = (reference(), floor());
+        let far: Vec<_> = points
+            .iter()
+            .step_by(7)
+            .map(|p| p + Vector3::z() * 0.05 * p.x)
+            .collect();
+        let got = sigmas_to_nearest(&reference, &far, 0.0, 6.0).expect("volume");
+        for (p, got) in far.iter().zip(got) {
+            let full = reference
+                .components
+                .iter()
+                .map(|g| {
+                    Density::of(g)
+                        .expect("volume")
+                        .mahalanobis_squared(p)
+                        .sqrt()
+                })
+                .fold(f64::INFINITY, f64::min);
+            assert!(if full > 6.0 {
+                got.is_infinite()
+            } else {
+                (full - got).abs() < 1e-8
+            });
+        }
+    }
+}
