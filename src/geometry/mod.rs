@@ -1,12 +1,20 @@
-//! Takes coordinates, gives poses, views and rigid registration. Metres, radians, REP-103 axes
+//! Takes coordinates, gives poses, views, neighbours and rigid registration. Metres, radians, REP-103 axes
 //! (x forward, y left, z up) everywhere.
 
 mod mount;
+mod neighbours;
 mod pose;
+mod rays;
+mod registration;
+mod surfaces;
 mod view;
 mod voxel;
 
 pub use mount::Mount;
+pub use neighbours::Grid;
 pub use pose::{Pose, RollPitchYaw};
+pub use rays::{Look, Rays, SECTORS};
+pub use registration::{Registration, RegistrationSettings, register};
+pub use surfaces::{Patch, Surfaces};
 pub use view::{NoiseLaw, View};
 pub use voxel::{Thinned, thin};

@@ -1,0 +1,303 @@
+//! The spherical index of a view: along which directions did it look, and how far did it see?
+
+use super::{Grid, View};
+use nalgebra::{Point3, Vector3};
+
+/// Directions around a query are sorted into this many equal sectors.
+pub const SECTORS: usize = 8;
+/// The neighbourhood of a query reaches this many row spacings before it counts as empty.
+const REACH_SPACINGS: f64 = 1.6;
+/// A hole is surrounded if rays stand around it within this many row spacings.
+const HULL_SPACINGS: f64 = 40.0;
+/// The hull of holes is kept on a coarser set of directions, this many row spacings apart.
+const COARSE_SPACINGS: f64 = 4.0;
+/// Rays whose surroundings tell the spacing; more change nothing.
+const SPACING_SAMPLES: usize = 160;
+
+/// Rays of a view around its origin. Ray `i` is point `i`; rays beyond are its empty directions.
+#[derive(Debug, Clone)]
+pub struct Rays {
+    origin: Point3<f64>,
+    directions: Vec<Point3<f64>>,
+    ranges_m: Vec<f64>,
+    grid: Grid,
+    coarse: Grid,
+    coarse_directions: Vec<Point3<f64>>,
+    /// Typical distance to the next ray in the sparse direction of the pattern (between scan
+    /// lines), radians.
+    pub spacing_rad: f64,
+    /// Rays over the solid angle that they cover, per steradian.
+    pub mean_density_per_sr: f64,
+    /// Range in metres that the sensor reaches: the stated free range, or the 99th percentile of
+    /// the ranges.
+    pub reach_m: f64,
+}
+
+/// What stands around one direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// The nearest ray of each sector around the direction: its index and its angle off, radians.
+    pub sectors: [Option<(usize, f64)>; SECTORS],
+    /// The nearest ray of all.
+    pub nearest: Option<(usize, f64)>,
+    /// How many sectors have a ray.
+    pub filled: usize,
+}
+
+impl Rays {
+    /// Indexes `view`. Points at the origin itself have no direction and are never found.
+    pub fn of(view: &View) -> Self {
+        let mut directions = Vec::with_capacity(view.points.len() + view.no_return.len());
+        let mut ranges_m = Vec::with_capacity(directions.capacity());
+        for p in &view.points {
+            let v = p - view.origin;
+            let range_m = v.norm();
+            ranges_m.push(range_m);
+            // A place that no unit direction comes near to.
+            directions.push(if range_m > 1e-9 {
+                Point3::from(v / range_m)
+            } else {
+                Point3::new(9.0, 9.0, 9.0)
+            });
+        }
+        for d in &view.no_return {
+            directions.push(Point3::from(d.into_inner()));
+            ranges_m.push(f64::INFINITY);
+        }
+        let spacing_rad = spacing(&directions);
+        let grid = Grid::new(&directions, REACH_SPACINGS * spacing_rad);
+        let mut seen = std::collections::HashSet::new();
+        let coarse_cell = COARSE_SPACINGS * spacing_rad;
+        let coarse_directions: Vec<Point3<f64>> = directions
+            .iter()
+            .filter(|d| seen.insert([d.x, d.y, d.z].map(|v| (v / coarse_cell).floor() as i64)))
+            .copied()
+            .collect();
+        let coarse = Grid::new(&coarse_directions, 3.0 * coarse_cell);
+        let mut sorted: Vec<f64> = ranges_m
+            .iter()
+            .copied()
+            .filter(|r| r.is_finite())
+            .collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let far = sorted
+            .get((sorted.len() * 99 / 100).min(sorted.len().saturating_sub(1)))
+            .copied()
+            .unwrap_or(0.0);
+        let mut rays = Self {
+            origin: view.origin,
+            mean_density_per_sr: 0.0,
+            directions,
+            ranges_m,
+            grid,
+            coarse,
+            coarse_directions,
+            spacing_rad,
+            reach_m: if view.no_return.is_empty() {
+                far
+            } else {
+                view.free_range_m
+            },
+        };
+        rays.mean_density_per_sr = rays.mean_density();
+        rays
+    }
+
+    /// The mean of 1/density over rays is the covered solid angle over their number.
+    fn mean_density(&self) -> f64 {
+        let step = (self.directions.len() / SPACING_SAMPLES).max(1);
+        let (mut n, mut inverse) = (0.0, 0.0);
+        for d in self.directions.iter().step_by(step) {
+            let density = self.density_per_sr(&d.coords);
+            if density > 0.0 {
+                n += 1.0;
+                inverse += 1.0 / density;
+            }
+        }
+        if inverse > 0.0 { n / inverse } else { 1.0 }
+    }
+
+    /// Range of ray `index`, metres; infinite where nothing came back.
+    pub fn range_m(&self, index: usize) -> f64 {
+        self.ranges_m[index]
+    }
+
+    /// The sensor's place.
+    pub fn origin(&self) -> &Point3<f64> {
+        &self.origin
+    }
+
+    /// What stands around the unit direction `d`, within 1.6 spacings; further out, up to twice
+    /// that, only to fill sectors that are still empty.
+    pub fn look(&self, d: &Vector3<f64>) -> Look {
+        let near = self.look_within(d, REACH_SPACINGS * self.spacing_rad);
+        if near.filled >= SECTORS - 1 || near.nearest.is_none() {
+            return near;
+        }
+        let mut wide = self.look_within(d, 2.0 * REACH_SPACINGS * self.spacing_rad);
+        for (slot, found) in wide.sectors.iter_mut().zip(near.sectors) {
+            if found.is_some() {
+                *slot = found;
+            }
+        }
+        wide
+    }
+
+    /// Whether rays stand around the direction `d` on all sides but one, however far: then a place
+    /// without rays is a hole inside the view, not its outside.
+    pub fn surrounds(&self, d: &Vector3<f64>) -> bool {
+        let (across, up) = basis(d);
+        let mut sectors = [false; SECTORS];
+        self.coarse.for_each_within(
+            &Point3::from(*d),
+            (HULL_SPACINGS * self.spacing_rad).min(1.0),
+            |i, _| {
+                let off = self.coarse_directions[i].coords - d;
+                sectors[sector(off.dot(&across), off.dot(&up))] = true;
+            },
+        );
+        sectors.iter().filter(|s| **s).count() >= SECTORS - 1
+    }
+
+    /// Rays per steradian around the unit direction `d`, taken over 2.5 spacings.
+    pub fn density_per_sr(&self, d: &Vector3<f64>) -> f64 {
+        let radius = 2.5 * self.spacing_rad;
+        let mut count = 0.0;
+        self.grid
+            .for_each_within(&Point3::from(*d), radius, |_, _| count += 1.0);
+        count / (std::f64::consts::PI * radius * radius)
+    }
+
+    fn look_within(&self, d: &Vector3<f64>, radius: f64) -> Look {
+        let (across, up) = basis(d);
+        let mut sectors = [None; SECTORS];
+        let mut nearest = None;
+        self.grid
+            .for_each_within(&Point3::from(*d), radius, |i, d2| {
+                let off = self.directions[i].coords - d;
+                let slot = &mut sectors[sector(off.dot(&across), off.dot(&up))];
+                keep_nearer(slot, i, d2);
+                keep_nearer(&mut nearest, i, d2);
+            });
+        let angle = |found: Option<(usize, f64)>| found.map(|(i, d2): (usize, f64)| (i, d2.sqrt()));
+        Look {
+            sectors: sectors.map(angle),
+            nearest: angle(nearest),
+            filled: sectors.iter().filter(|s| s.is_some()).count(),
+        }
+    }
+}
+
+fn keep_nearer(slot: &mut Option<(usize, f64)>, i: usize, d2: f64) {
+    if slot.is_none_or(|(j, b)| d2 < b || (d2 == b && i < j)) {
+        *slot = Some((i, d2));
+    }
+}
+
+/// Two unit vectors that span the plane across `d`; the second points up unless `d` does.
+fn basis(d: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let pole = if d.z.abs() < 0.95 {
+        Vector3::z()
+    } else {
+        Vector3::x()
+    };
+    let across = pole.cross(d).normalize();
+    (across, d.cross(&across))
+}
+
+/// Sector of the offset (x, y); sectors are centred on the axes and diagonals.
+fn sector(x: f64, y: f64) -> usize {
+    // Slopes instead of an arc tangent: tan(22.5 deg) splits axes from diagonals.
+    const SLOPE: f64 = 0.414_213_562_373_095_03;
+    let (ax, ay) = (x.abs(), y.abs());
+    if ay <= SLOPE * ax {
+        if x >= 0.0 { 0 } else { 4 }
+    } else if ax <= SLOPE * ay {
+        if y >= 0.0 { 2 } else { 6 }
+    } else {
+        match (x >= 0.0, y >= 0.0) {
+            (true, true) => 1,
+            (false, true) => 3,
+            (false, false) => 5,
+            (true, false) => 7,
+        }
+    }
+}
+
+/// Median over a sample of rays of the second largest distance to the nearest ray of a sector.
+fn spacing(directions: &[Point3<f64>]) -> f64 {
+    use rayon::prelude::*;
+    let n = directions.len();
+    let step = (n / SPACING_SAMPLES).max(1);
+    let samples: Vec<usize> = (0..n).step_by(step).collect();
+    let mut widths: Vec<f64> = samples
+        .par_iter()
+        .filter_map(|s| {
+            let d = directions[*s].coords;
+            let (across, up) = basis(&d);
+            let mut sectors = [f64::INFINITY; SECTORS];
+            for (j, other) in directions.iter().enumerate() {
+                let off = other.coords - d;
+                let d2 = off.norm_squared();
+                if d2 < 0.5 && d2 > 1e-12 && j != *s {
+                    let slot = &mut sectors[sector(off.dot(&across), off.dot(&up))];
+                    *slot = slot.min(d2);
+                }
+            }
+            sectors.sort_unstable_by(f64::total_cmp);
+            let second = sectors[SECTORS - 2].sqrt();
+            second.is_finite().then_some(second)
+        })
+        .collect();
+    widths.sort_unstable_by(f64::total_cmp);
+    // Without any surroundings: one ray per square of a hundredth of the sphere.
+    widths
+        .get(widths.len() / 2)
+        .copied()
+        .unwrap_or(0.35)
+        .clamp(5e-4, 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Rays;
+    use crate::geometry::View;
+    use nalgebra::{Point3, Vector3};
+
+    /// 16 rings 2 deg apart, 0.4 deg along the ring, all at 3 m.
+    fn rings() -> View {
+        let mut points = Vec::new();
+        for ring in -8..8 {
+            for step in 0..900 {
+                let (el, az) = (
+                    (f64::from(ring) * 2.0).to_radians(),
+                    (f64::from(step) * 0.4).to_radians(),
+                );
+                points.push(Point3::new(
+                    3.0 * el.cos() * az.cos(),
+                    3.0 * el.cos() * az.sin(),
+                    3.0 * el.sin(),
+                ));
+            }
+        }
+        View::bare(points, Point3::origin())
+    }
+
+    #[test]
+    fn spacing_is_that_between_rings() {
+        let rays = Rays::of(&rings());
+        assert!((1.9..2.4).contains(&rays.spacing_rad.to_degrees()));
+        assert!((rays.reach_m - 3.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_direction_between_rings_is_looked_at_from_all_sides_and_one_above_is_not() {
+        let rays = Rays::of(&rings());
+        let between = Vector3::new(1.0, 0.0, 1.0_f64.to_radians().tan()).normalize();
+        let look = rays.look(&between);
+        assert!(look.filled >= 6, "{look:?}");
+        let above = Vector3::new(1.0, 0.0, 1.0).normalize();
+        assert!(rays.look(&above).nearest.is_none());
+        assert!(!rays.surrounds(&above));
+    }
+}

@@ -1,0 +1,215 @@
+//! The surfaces a view shows: points thinned to cells, and the plane that each cell lies on.
+
+use super::Grid;
+use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
+use rayon::prelude::*;
+
+/// Fewest cells that can say whether a place is flat.
+const FEWEST_NEIGHBOURS: usize = 6;
+/// Largest ratio of thickness to the smaller width (standard deviations) of a flat place.
+const FLAT_RATIO: f64 = 0.25;
+/// Smallest ratio of the two widths: below, neighbours lie along one scan line and fix no plane.
+const NARROW_RATIO: f64 = 0.2;
+/// How much further to look where neighbours lie along one scan line.
+const WIDER: f64 = 2.5;
+
+/// One thinning cell with the surface around it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Patch {
+    /// Mean of the cell's points, metres.
+    pub mean: Point3<f64>,
+    /// Number of cells that the plane was taken from.
+    pub neighbours: usize,
+    /// Number of points in the cell.
+    pub count: usize,
+    /// Unit normal of the surrounding surface, turned towards the sensor.
+    pub normal: Vector3<f64>,
+    /// Offset of the surrounding surface's mean along the normal: a place `x` lies
+    /// `normal . x - offset_m` metres above the plane.
+    pub offset_m: f64,
+    /// Root mean square height of the neighbours over the plane, metres.
+    pub roughness_m: f64,
+    /// Radius over which the surface was taken, metres.
+    pub radius_m: f64,
+    /// Whether the neighbours fix a plane and lie on it.
+    pub flat: bool,
+}
+
+impl Patch {
+    /// Signed height of `place` over the plane, metres; positive on the sensor's side.
+    pub fn height_m(&self, place: &Point3<f64>) -> f64 {
+        self.normal.dot(&place.coords) - self.offset_m
+    }
+}
+
+/// All patches of a view.
+#[derive(Debug, Clone)]
+pub struct Surfaces {
+    /// One patch per occupied thinning cell, ordered by each cell's first point.
+    pub patches: Vec<Patch>,
+    /// The patch that holds each point of the view.
+    pub patch_of_point: Vec<u32>,
+    /// Finds patches by their mean.
+    pub grid: Grid,
+    /// Edge of the thinning cells, metres.
+    pub cell_m: f64,
+}
+
+impl Surfaces {
+    /// Thins `points` to cells of `cell_m` and fits a plane around each. The neighbourhood of a
+    /// place at range r from `origin` reaches `max(3 cells, 1.6 spacing_rad r)`, so that it spans
+    /// neighbouring scan lines, but no further than 1 m.
+    pub fn of(
+        points: &[Point3<f64>],
+        origin: &Point3<f64>,
+        spacing_rad: f64,
+        cell_m: f64,
+    ) -> Self {
+        let (means, counts, patch_of_point) = thin(points, cell_m);
+        let grid = Grid::new(&means, 2.0 * cell_m);
+        let patches = means
+            .par_iter()
+            .zip(counts.par_iter())
+            .map(|(mean, count)| {
+                let range_m = (mean - origin).norm();
+                let radius_m = (1.6 * spacing_rad * range_m)
+                    .max(3.0 * cell_m)
+                    .min(1.0_f64.max(3.0 * cell_m));
+                patch(&means, &grid, mean, *count, origin, radius_m)
+            })
+            .collect();
+        Self {
+            patches,
+            patch_of_point,
+            grid,
+            cell_m,
+        }
+    }
+}
+
+/// Means of occupied cells in order of their first point, their counts, and the cell of each point.
+fn thin(points: &[Point3<f64>], cell_m: f64) -> (Vec<Point3<f64>>, Vec<usize>, Vec<u32>) {
+    let mut index: std::collections::HashMap<[i64; 3], u32> =
+        std::collections::HashMap::with_capacity(points.len() / 3);
+    let mut sums: Vec<(Vector3<f64>, usize)> = Vec::new();
+    let mut of_point = Vec::with_capacity(points.len());
+    for p in points {
+        let at = |v: f64| (v / cell_m).floor() as i64;
+        let fresh = sums.len() as u32;
+        let slot = *index.entry([at(p.x), at(p.y), at(p.z)]).or_insert(fresh);
+        if slot == fresh {
+            sums.push((Vector3::zeros(), 0));
+        }
+        let (sum, n) = &mut sums[slot as usize];
+        *sum += p.coords;
+        *n += 1;
+        of_point.push(slot);
+    }
+    let means = sums
+        .iter()
+        .map(|(s, n)| Point3::from(s / *n as f64))
+        .collect();
+    (means, sums.iter().map(|(_, n)| *n).collect(), of_point)
+}
+
+fn patch(
+    means: &[Point3<f64>],
+    grid: &Grid,
+    mean: &Point3<f64>,
+    count: usize,
+    origin: &Point3<f64>,
+    radius_m: f64,
+) -> Patch {
+    let near = Neighbourhood::of(means, grid, mean, radius_m);
+    // Scan lines lie further apart on a surface met at a shallow angle.
+    let around = if near.one_line() && radius_m < 1.0 {
+        Neighbourhood::of(means, grid, mean, (WIDER * radius_m).min(1.0))
+    } else {
+        near
+    };
+    let mut normal = around.normal;
+    if normal.dot(&(origin - mean)) < 0.0 {
+        normal = -normal;
+    }
+    Patch {
+        mean: *mean,
+        neighbours: around.n as usize,
+        count,
+        normal,
+        offset_m: normal.dot(&(mean + around.shift).coords),
+        roughness_m: around.deviations[0],
+        radius_m: around.radius_m,
+        flat: around.n >= FEWEST_NEIGHBOURS as f64
+            && around.deviations[0] < FLAT_RATIO * around.deviations[1]
+            && around.deviations[1] > NARROW_RATIO * around.deviations[2],
+    }
+}
+
+/// The cells around a place and their principal axes.
+struct Neighbourhood {
+    n: f64,
+    radius_m: f64,
+    shift: Vector3<f64>,
+    normal: Vector3<f64>,
+    /// Standard deviations along the principal axes, ascending, metres.
+    deviations: [f64; 3],
+}
+
+impl Neighbourhood {
+    fn of(means: &[Point3<f64>], grid: &Grid, mean: &Point3<f64>, radius_m: f64) -> Self {
+        let mut n = 0.0;
+        let mut sum = Vector3::zeros();
+        let mut square = Matrix3::zeros();
+        grid.for_each_within(mean, radius_m, |i, _| {
+            let d = means[i] - mean;
+            n += 1.0;
+            sum += d;
+            square += d * d.transpose();
+        });
+        let shift = sum / n;
+        let covariance = square / n - shift * shift.transpose();
+        let eigen = SymmetricEigen::new(covariance);
+        let mut axes = [0, 1, 2];
+        axes.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+        Self {
+            n,
+            radius_m,
+            shift,
+            normal: eigen.eigenvectors.column(axes[0]).into_owned(),
+            deviations: axes.map(|axis| eigen.eigenvalues[axis].max(0.0).sqrt()),
+        }
+    }
+
+    /// Whether the cells lie along one line, and so fix no plane.
+    fn one_line(&self) -> bool {
+        self.n < FEWEST_NEIGHBOURS as f64
+            || self.deviations[1] <= NARROW_RATIO * self.deviations[2]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Surfaces;
+    use nalgebra::{Point3, Vector3};
+
+    #[test]
+    fn a_wall_is_flat_and_faces_the_sensor() {
+        let wall: Vec<Point3<f64>> = (0..1600)
+            .map(|i| {
+                Point3::new(
+                    2.0,
+                    f64::from(i % 40) * 0.025 - 0.5,
+                    f64::from(i / 40) * 0.025 - 0.5,
+                )
+            })
+            .collect();
+        let surfaces = Surfaces::of(&wall, &Point3::origin(), 0.01, 0.05);
+        assert!(surfaces.patches.iter().all(|p| p.flat));
+        for p in &surfaces.patches {
+            assert!((p.normal + Vector3::x()).norm() < 1e-9);
+            assert!((p.height_m(&Point3::new(1.5, 0.0, 0.0)) - 0.5).abs() < 1e-9);
+        }
+        let counted: usize = surfaces.patches.iter().map(|p| p.count).sum();
+        assert_eq!(counted, wall.len());
+    }
+}

@@ -1,0 +1,173 @@
+//! Deviating points become things: seeds, growth, connection, and the gates of a listed novelty.
+
+use super::{Evidence, Prepared, SegmentSettings};
+use crate::geometry::Grid;
+use nalgebra::{Matrix2, Point3, SymmetricEigen, Vector2, Vector3};
+
+/// A connected set of deviating points of one view.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Thing {
+    /// Indices of its points, ascending.
+    pub points: Vec<usize>,
+    /// Sum of min(z, 20) over its points, relative to the density of beams.
+    pub support: f64,
+    /// Angular widths as its own sensor saw it, across and along, radians.
+    pub width_rad: [f64; 2],
+    /// Share of the own beams through its outline that hit it.
+    pub fill: f64,
+    /// Share of its points where the other view got nothing back.
+    pub empty: f64,
+}
+
+/// Connects the deviating points of `own` (one evidence per point) and lists the things that pass
+/// the gates, largest support first.
+pub fn segment(own: &Prepared, evidence: &[Evidence], settings: &SegmentSettings) -> Vec<Thing> {
+    let members = grow(own, evidence, settings);
+    let mut things: Vec<Thing> = connect(own, &members, settings)
+        .into_iter()
+        .filter(|points| points.len() >= settings.least_points)
+        .map(|points| measure(own, evidence, points, settings))
+        .filter(|thing| passes(own, thing, settings))
+        .collect();
+    things.sort_by(|a, b| {
+        b.support
+            .total_cmp(&a.support)
+            .then(a.points.first().cmp(&b.points.first()))
+    });
+    things
+}
+
+fn passes(own: &Prepared, thing: &Thing, settings: &SegmentSettings) -> bool {
+    let rows = thing.width_rad[0] / own.rays.spacing_rad;
+    let least_support = if rows >= settings.least_width_spacings {
+        settings.least_support
+    } else {
+        settings.thin_support
+    };
+    thing.support >= least_support
+        && rows >= settings.thin_width_spacings
+        && thing.fill >= settings.least_fill
+}
+
+/// Distance within which points of one thing lie, at the range of `p`.
+fn link_m(own: &Prepared, p: &Point3<f64>, least_m: f64, settings: &SegmentSettings) -> f64 {
+    let range_m = (p - own.view.origin).norm();
+    least_m.max(settings.link_spacings * own.rays.spacing_rad * range_m)
+}
+
+/// Seeds, and the less sure points near them.
+fn grow(own: &Prepared, evidence: &[Evidence], settings: &SegmentSettings) -> Vec<usize> {
+    let points = &own.view.points;
+    let seeds: Vec<Point3<f64>> = evidence
+        .iter()
+        .zip(points)
+        .filter(|(e, _)| e.z >= settings.seed_sigmas)
+        .map(|(_, p)| *p)
+        .collect();
+    let grid = Grid::new(&seeds, settings.grow_within_m);
+    (0..evidence.len())
+        .filter(|i| {
+            let e = &evidence[*i];
+            e.z >= settings.seed_sigmas || {
+                e.z.max(e.z_loose) >= settings.grow_sigmas && {
+                    let p = &points[*i];
+                    let reach_m = link_m(own, p, settings.grow_within_m, settings);
+                    grid.nearest(p, reach_m).is_some()
+                }
+            }
+        })
+        .collect()
+}
+
+/// Connected parts, each ascending, ordered by their first point.
+fn connect(own: &Prepared, members: &[usize], settings: &SegmentSettings) -> Vec<Vec<usize>> {
+    let places: Vec<Point3<f64>> = members.iter().map(|i| own.view.points[*i]).collect();
+    let grid = Grid::new(&places, settings.link_m);
+    let mut parent: Vec<usize> = (0..places.len()).collect();
+    for (i, p) in places.iter().enumerate() {
+        grid.for_each_within(p, link_m(own, p, settings.link_m, settings), |j, _| {
+            let (a, b) = (root(&mut parent, i), root(&mut parent, j));
+            // The lower index leads, whatever the order of the visits.
+            parent[a.max(b)] = a.min(b);
+        });
+    }
+    let mut parts: Vec<Vec<usize>> = vec![Vec::new(); places.len()];
+    for i in 0..places.len() {
+        let lead = root(&mut parent, i);
+        parts[lead].push(members[i]);
+    }
+    parts.retain(|part| !part.is_empty());
+    parts
+}
+
+fn root(parent: &mut [usize], mut i: usize) -> usize {
+    while parent[i] != i {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    i
+}
+
+fn measure(
+    own: &Prepared,
+    evidence: &[Evidence],
+    points: Vec<usize>,
+    settings: &SegmentSettings,
+) -> Thing {
+    let directions: Vec<Vector3<f64>> = points
+        .iter()
+        .map(|i| (own.view.points[*i] - own.view.origin).normalize())
+        .collect();
+    let n = points.len() as f64;
+    let axis = directions
+        .iter()
+        .sum::<Vector3<f64>>()
+        .try_normalize(1e-9)
+        .unwrap_or_else(Vector3::x);
+    let across = axis
+        .cross(&if axis.z.abs() < 0.9 {
+            Vector3::z()
+        } else {
+            Vector3::x()
+        })
+        .normalize();
+    let up = axis.cross(&across);
+    let flat: Vec<Vector2<f64>> = directions
+        .iter()
+        .map(|d| Vector2::new(d.dot(&across), d.dot(&up)))
+        .collect();
+    let mean = flat.iter().sum::<Vector2<f64>>() / n;
+    let covariance = flat
+        .iter()
+        .map(|v| (v - mean) * (v - mean).transpose())
+        .sum::<Matrix2<f64>>()
+        / n;
+    let eigen = SymmetricEigen::new(covariance);
+    // A uniform spread of width w has the standard deviation w / sqrt(12).
+    let width = |v: f64| (12.0 * v.max(0.0)).sqrt();
+    let (small, large) = (
+        eigen.eigenvalues.min(),
+        eigen.eigenvalues.max(),
+    );
+    let mut support = 0.0;
+    let mut through = 0.0;
+    for (i, d) in points.iter().zip(&directions) {
+        // Where neighbours are missing the pattern is no sparser than elsewhere.
+        let local = own.rays.density_per_sr(d).max(1.0);
+        let density = local.max(own.rays.mean_density_per_sr);
+        support += evidence[*i].z.max(evidence[*i].z_loose).min(20.0)
+            * settings.support_density_per_sr
+            / density;
+        through += 1.0 / local;
+    }
+    // Solid angle of its own beams over that of the ellipse with the same moments.
+    let outline = std::f64::consts::PI * 4.0 * (small.max(0.0) * large.max(0.0)).sqrt();
+    let empty = points.iter().filter(|i| evidence[**i].empty).count() as f64 / n;
+    Thing {
+        points,
+        support,
+        width_rad: [width(small), width(large)],
+        fill: through / outline.max(1e-12),
+        empty,
+    }
+}

@@ -1,0 +1,252 @@
+//! Did the other view look through this place, and how surely?
+//!
+//! A point is evidence of change only where the other view's rays pass on all sides of it and end
+//! well behind it, and where no surface that the other view saw runs through it. Everything else
+//! is either the same surface or out of the other's sight: no change.
+
+use super::{EvidenceSettings, Prepared, noise::Between};
+use crate::geometry::{NoiseLaw, Patch, Pose, Registration};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+/// What the other view says about a point's place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Sight {
+    /// Outside its field, or in a hole that proves nothing.
+    Unseen,
+    /// It saw a surface in front of the place.
+    Hidden,
+    /// It saw a surface there.
+    Same,
+    /// Its rays passed through the place.
+    Through,
+}
+
+/// A point's deviation from the other view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// What the other view says.
+    pub sight: Sight,
+    /// Deviation in sigmas that all rays around agree upon; 0 if not looked through.
+    pub z: f64,
+    /// Deviation in sigmas judged by the nearest ray alone, for points next to a sure one.
+    pub z_loose: f64,
+    /// Whether the other view got nothing back from there.
+    pub empty: bool,
+}
+
+impl Evidence {
+    fn none(sight: Sight) -> Self {
+        Self {
+            sight,
+            z: 0.0,
+            z_loose: 0.0,
+            empty: false,
+        }
+    }
+}
+
+/// How one view's points are judged by another's rays.
+pub struct Judge<'a> {
+    /// The view whose rays judge.
+    pub other: &'a Prepared,
+    /// Maps the judged points to its frame.
+    pub other_from_own: Pose,
+    /// Range noise of the judged points.
+    pub own_noise: NoiseLaw,
+    /// Noise of the difference between the views where it is known to exceed both.
+    pub between: Option<Between>,
+    /// How surely the views lie on one another; its covariance is in the reference's frame.
+    pub registration: &'a Registration,
+    /// Maps the judged points to the reference's frame, in which the registration's errors are told.
+    pub reference_from_own: Pose,
+    /// The constants.
+    pub settings: &'a EvidenceSettings,
+}
+
+impl Judge<'_> {
+    /// Judges points seen from `own_origin` (their own frame), in their order.
+    pub fn judge(&self, points: &[Point3<f64>], own_origin: &Point3<f64>) -> Vec<Evidence> {
+        points
+            .par_iter()
+            .map(|p| self.judge_one(p, own_origin))
+            .collect()
+    }
+
+    fn judge_one(&self, own: &Point3<f64>, own_origin: &Point3<f64>) -> Evidence {
+        let p = self.other_from_own * own;
+        let rays = &self.other.rays;
+        let view = p - rays.origin();
+        let range_m = view.norm();
+        if range_m < 1e-6 {
+            return Evidence::none(Sight::Unseen);
+        }
+        let d = view / range_m;
+        let look = rays.look(&d);
+        let own_range_m = (own - own_origin).norm();
+        let noise_m = self.noise_m(own_range_m, range_m);
+        let hole_rad = self.settings.hole_spacings * rays.spacing_rad;
+        let Some((nearest, _)) = look.nearest.filter(|n| n.1 <= hole_rad) else {
+            return self.judge_hole(&p, &d, range_m, noise_m, own);
+        };
+        if look.filled < 5 {
+            return Evidence::none(Sight::Unseen);
+        }
+        let registration_m = self.registration_m(own, &d);
+        let mut shortest_m = f64::INFINITY;
+        let mut longest_m = 0.0_f64;
+        for (ray, _) in look.sectors.iter().flatten() {
+            let r = self.end_m(*ray);
+            shortest_m = shortest_m.min(r);
+            longest_m = longest_m.max(r);
+        }
+        let mut z = f64::INFINITY;
+        let mut hidden = false;
+        for (ray, _) in look.sectors.iter().flatten() {
+            let (gap, sigma) =
+                self.gap(*ray, &d, range_m, (shortest_m, longest_m), noise_m, registration_m);
+            z = z.min(gap / sigma);
+            hidden |= gap < -5.0 * sigma;
+        }
+        let (gap, sigma) =
+            self.gap(nearest, &d, range_m, (shortest_m, longest_m), noise_m, registration_m);
+        let z_nearest = gap / sigma;
+        if z_nearest <= 1.0 && z <= 1.0 {
+            return Evidence::none(if hidden { Sight::Hidden } else { Sight::Same });
+        }
+        let z_surface = self.off_surface(&p, &d, noise_m, registration_m);
+        let most = self.settings.most_sigmas;
+        Evidence {
+            sight: if z.min(z_surface) > 5.0 {
+                Sight::Through
+            } else {
+                Sight::Same
+            },
+            z: z.min(z_surface).clamp(0.0, most),
+            z_loose: z_nearest.min(z_surface).clamp(0.0, most),
+            empty: self.other.rays.range_m(nearest).is_infinite(),
+        }
+    }
+
+    /// A direction without any ray: free only if rays stand all around it.
+    fn judge_hole(
+        &self,
+        p: &Point3<f64>,
+        d: &Vector3<f64>,
+        range_m: f64,
+        noise_m: f64,
+        own: &Point3<f64>,
+    ) -> Evidence {
+        let rays = &self.other.rays;
+        if range_m > self.settings.hole_reach * rays.reach_m || !rays.surrounds(d) {
+            return Evidence::none(Sight::Unseen);
+        }
+        let z = self
+            .off_surface(p, d, noise_m, self.registration_m(own, d))
+            .min(self.settings.most_sigmas);
+        Evidence {
+            sight: if z > 5.0 { Sight::Through } else { Sight::Same },
+            z,
+            z_loose: z,
+            empty: true,
+        }
+    }
+
+    /// Where a ray ends: at its return, or as far as the sensor reaches.
+    fn end_m(&self, ray: usize) -> f64 {
+        self.other.rays.range_m(ray).min(self.other.rays.reach_m.max(0.0))
+    }
+
+    /// How far behind the place the surface met by `ray` lies, across that surface, and the
+    /// standard deviation of that; metres.
+    fn gap(
+        &self,
+        ray: usize,
+        d: &Vector3<f64>,
+        range_m: f64,
+        span_m: (f64, f64),
+        noise_m: f64,
+        registration_m: f64,
+    ) -> (f64, f64) {
+        let other = self.other;
+        let plain = |end: f64| (end - range_m, noise_m.hypot(registration_m));
+        if other.rays.range_m(ray).is_infinite() {
+            return plain(self.end_m(ray));
+        }
+        let patch = other
+            .surfaces
+            .patch_of_point
+            .get(ray)
+            .and_then(|i| other.surfaces.patches.get(*i as usize));
+        let end = other.rays.range_m(ray);
+        let Some(patch) = patch.filter(|p| p.flat) else {
+            return plain(end);
+        };
+        let incidence = -patch.normal.dot(d);
+        if incidence < self.settings.least_incidence {
+            return plain(end);
+        }
+        // Height of the sensor over the plane, over the fall of the ray per metre.
+        let meets_m = (patch.height_m(other.rays.origin()) / incidence).clamp(span_m.0, span_m.1);
+        let sigma = self.height_sigma_m(incidence * noise_m, registration_m, patch);
+        ((meets_m - range_m) * incidence, sigma)
+    }
+
+    /// Distance to the nearest surface that the other view saw, in sigmas. Ranges err along the
+    /// ray: across a surface seen at a shallow angle, heights are far better known.
+    fn off_surface(
+        &self,
+        p: &Point3<f64>,
+        d: &Vector3<f64>,
+        noise_m: f64,
+        registration_m: f64,
+    ) -> f64 {
+        let surfaces = &self.other.surfaces;
+        let most = self.settings.most_sigmas;
+        let sigma_m = noise_m.hypot(registration_m);
+        let spacing_m = self.other.rays.spacing_rad * (p - self.other.rays.origin()).norm();
+        let reach_m = (most * sigma_m)
+            .max(spacing_m)
+            .clamp(2.0 * surfaces.cell_m, (6.0 * surfaces.cell_m).max(8.0 * sigma_m));
+        let mut least = reach_m / sigma_m;
+        surfaces.grid.for_each_within(p, reach_m, |i, d2| {
+            let patch = &surfaces.patches[i];
+            let z = if patch.flat {
+                // On the plane, and beside the cell by no more than the lines lie apart.
+                let height = patch.height_m(p).abs();
+                let beside = (d2 - height * height).max(0.0).sqrt();
+                let beyond = (beside - surfaces.cell_m - spacing_m).max(0.0);
+                let across = patch.normal.dot(d) * noise_m;
+                let sigma_height = self.height_sigma_m(across, registration_m, patch);
+                (height / sigma_height).hypot(beyond / sigma_m)
+            } else {
+                (d2.sqrt() - 0.5 * surfaces.cell_m).max(0.0) / sigma_m
+            };
+            least = least.min(z);
+        });
+        least
+    }
+
+    /// Standard deviation of a height over `patch`.
+    fn height_sigma_m(&self, across_m: f64, registration_m: f64, patch: &Patch) -> f64 {
+        across_m
+            .hypot(patch.roughness_m)
+            .hypot(registration_m)
+            .max(self.between.map_or(0.0, |b| b.height_m))
+    }
+
+    fn noise_m(&self, own_range_m: f64, other_range_m: f64) -> f64 {
+        let both = self
+            .own_noise
+            .sigma_m(own_range_m)
+            .hypot(self.other.noise.sigma_m(other_range_m));
+        self.between
+            .map_or(both, |law| both.max(law.ranges.sigma_m(other_range_m)))
+    }
+
+    fn registration_m(&self, own: &Point3<f64>, d_other: &Vector3<f64>) -> f64 {
+        let turn = self.reference_from_own.rotation * self.other_from_own.rotation.inverse();
+        self.registration
+            .sigma_m(&(self.reference_from_own * own), &(turn * d_other))
+    }
+}
