@@ -5,15 +5,12 @@
 //! Every room's front page says what it takes and what it gives; a room may use the rooms listed
 //! above it and never those below (`tests/layering.rs` keeps this).
 
-pub mod formats;
 pub mod geometry;
+pub mod formats;
 pub mod scan;
 pub mod sweep;
 pub mod mixture;
 pub mod distance;
-
-pub mod distance;
-
 pub mod novelty;
 pub mod shape;
 pub mod alarm;

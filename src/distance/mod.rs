@@ -1,15 +1,3 @@
-//! Takes Gaussians, gives the distances between them.
-
-/// Ground distance between two Gaussians (g_ij of Eq. 5).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ground {
-    /// Wasserstein-2, metres.
-    W2,
-    /// Distance of the means, metres.
-    Euclid,
-    /// Foerstner-Moonen of the covariances (Eq. 10) plus the distance of the means over 1 m.
-    Fm,
-}
 //! Takes two mixtures, gives the Earth Mover's Distance between them with its plan and duals (paper
 //! section III.B, Eq. 5-6).
 
