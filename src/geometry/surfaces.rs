@@ -59,12 +59,7 @@ impl Surfaces {
     /// Thins `points` to cells of `cell_m` and fits a plane around each. The neighbourhood of a
     /// place at range r from `origin` reaches `max(3 cells, 1.6 spacing_rad r)`, so that it spans
     /// neighbouring scan lines, but no further than 1 m.
-    pub fn of(
-        points: &[Point3<f64>],
-        origin: &Point3<f64>,
-        spacing_rad: f64,
-        cell_m: f64,
-    ) -> Self {
+    pub fn of(points: &[Point3<f64>], origin: &Point3<f64>, spacing_rad: f64, cell_m: f64) -> Self {
         let (means, counts, patch_of_point) = thin(points, cell_m);
         let grid = Grid::new(&means, 2.0 * cell_m);
         let patches = means
@@ -182,8 +177,7 @@ impl Neighbourhood {
 
     /// Whether the cells lie along one line, and so fix no plane.
     fn one_line(&self) -> bool {
-        self.n < FEWEST_NEIGHBOURS as f64
-            || self.deviations[1] <= NARROW_RATIO * self.deviations[2]
+        self.n < FEWEST_NEIGHBOURS as f64 || self.deviations[1] <= NARROW_RATIO * self.deviations[2]
     }
 }
 

@@ -70,7 +70,9 @@ pub fn find(
 /// no less than 2 cm, the size of what surfaces bend by within a cell.
 fn gate_m(reference: &Prepared, current: &Prepared) -> f64 {
     let middle = |p: &Prepared| {
-        let mut r: Vec<f64> = (0..p.view.points.len()).map(|i| p.rays.range_m(i)).collect();
+        let mut r: Vec<f64> = (0..p.view.points.len())
+            .map(|i| p.rays.range_m(i))
+            .collect();
         let at = r.len() / 2;
         *r.select_nth_unstable_by(at, f64::total_cmp).1
     };

@@ -48,8 +48,8 @@ impl Prepared {
         let rays = Rays::of(view);
         let mut ranges: Vec<f64> = (0..got).map(|i| rays.range_m(i)).collect();
         let (_, middle, _) = ranges.select_nth_unstable_by(got / 2, f64::total_cmp);
-        let cell_m = (0.5 * rays.spacing_rad * *middle)
-            .clamp(settings.least_cell_m, settings.most_cell_m);
+        let cell_m =
+            (0.5 * rays.spacing_rad * *middle).clamp(settings.least_cell_m, settings.most_cell_m);
         let surfaces = Surfaces::of(&view.points, &view.origin, rays.spacing_rad, cell_m);
         let floor = settings.least_noise;
         let found = view

@@ -17,6 +17,7 @@
 //! | [`command`] | a request | its bytes; from a message, its reply |
 //! | [`scan`] | values | a [`RawScan`] with its codes kept, typed [`Reading`]s |
 //! | [`sensor`] | bytes, instants, requests | the dialogue's [`Action`]s |
+//! | [`twin`] | the device's side: bytes and instants | bytes, from the protocol document alone |
 //!
 //! The crate has no clock, no thread and no port. The law of its use: **one input, then drain all actions, then the
 //! next input.**
@@ -42,6 +43,7 @@ pub mod scan;
 pub mod sensor;
 pub mod stamp;
 pub mod status;
+pub mod twin;
 
 pub use command::info::Info;
 pub use command::parameters::Parameters;
@@ -58,6 +60,3 @@ pub use status::{Command, Meaning, StatusCode};
 /// Time since an origin the caller chose, on a clock that never goes back. All instants given to one [`Sensor`] must
 /// share that origin.
 pub type Instant = std::time::Duration;
-//! Hokuyo SCIP 2.0, sans-IO: bytes and instants in, actions out.
-
-pub mod twin;
