@@ -5,7 +5,8 @@
 //! ```
 //!
 //! The climb begins anew only after a run of good scans, so that a device which dies again and again is not nursed for
-//! ever.
+//! ever. On RS-232C at another than the default rate `RS` changes the rate too: the device falls silent, the dialogue ends
+//! in a fault, and the port is opened again at the default rate.
 
 use std::time::Duration;
 
@@ -45,6 +46,7 @@ pub(super) struct Streaming {
     tried: Option<RecoveryStep>,
     good_since_restart: u32,
     announced: bool,
+    restarting: bool,
     timer_reset: bool,
 }
 
@@ -70,6 +72,7 @@ impl Streaming {
             tried: None,
             good_since_restart: 0,
             announced: false,
+            restarting: false,
             timer_reset: false,
         }
     }
@@ -81,14 +84,14 @@ impl Streaming {
     }
 
     fn flow(&mut self, now: Instant, desk: &mut Desk) {
-        desk.tell(if self.announced {
-            Event::Recovered {
+        if !std::mem::replace(&mut self.announced, true) {
+            desk.tell(Event::Streaming);
+        }
+        if std::mem::take(&mut self.restarting) {
+            desk.tell(Event::Recovered {
                 timer_reset: std::mem::take(&mut self.timer_reset),
-            }
-        } else {
-            Event::Streaming
-        });
-        self.announced = true;
+            });
+        }
         self.good_since_restart = 0;
         self.damaged_in_a_row = 0;
         self.stage = Stage::Flowing(self.first_data_by(now, desk));
@@ -104,7 +107,7 @@ impl Streaming {
             }
         };
         self.tried = Some(step);
-        // A restart is announced even if the first request was never acknowledged.
+        self.restarting = true;
         desk.tell(Event::Recovering { cause, step });
         let exchange = match step {
             RecoveryStep::Quit => Exchange::begin(&Quit, now, desk),
