@@ -7,11 +7,13 @@
 
 mod action;
 mod axis;
+#[cfg(test)]
+mod bench;
 mod command;
 mod connect;
-mod constants;
 #[cfg(test)]
-mod dialogue_tests;
+mod connect_tests;
+mod constants;
 mod head;
 #[cfg(test)]
 mod hostile_tests;
@@ -20,6 +22,8 @@ mod line;
 mod motion;
 mod reply;
 mod service;
+#[cfg(test)]
+mod service_tests;
 
 pub use action::{Action, Counters, Event, HeadError, RequestError};
 pub use axis::{Axis, AxisScale, Sign, StepSize};

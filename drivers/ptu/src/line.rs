@@ -136,7 +136,11 @@ mod tests {
             Token::Notice(Notice::Limit(Axis::Pan)),
             Token::Notice(Notice::Limit(Axis::Tilt)),
         );
-        assert_eq!(tokens(b"!P"), [pan.clone()], "no line end is waited for");
+        assert_eq!(
+            tokens(b"!P"),
+            std::slice::from_ref(&pan),
+            "no line end is waited for"
+        );
         let reset = [
             tilt.clone(),
             tilt.clone(),
