@@ -8,54 +8,7 @@ use std::time::Duration;
 use super::Instant;
 use super::constants::{HISTORY, HISTORY_SEGMENTS};
 use super::profile::{Leg, Ramp, brake_distance, plan};
-
-/// Where the rotor is while the count runs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Rotor {
-    /// Count plus this many lost steps.
-    Follows(f64),
-    /// Held at this count by a stop or a blockage.
-    Held(f64),
-}
-
-/// A piece of constant acceleration of the count, and what the rotor does meanwhile.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Segment {
-    start: Instant,
-    end: Instant,
-    p0: f64,
-    v0: f64,
-    a: f64,
-    /// Count at `end`, exact.
-    p1: f64,
-    rotor: Rotor,
-    /// The rotor meets a stop at `start`.
-    contact: bool,
-    counts_per_half_step: f64,
-}
-
-impl Segment {
-    fn count_at(&self, at: Instant) -> f64 {
-        if at >= self.end {
-            return self.p1;
-        }
-        let t = at.saturating_sub(self.start).as_secs_f64();
-        self.p0 + self.v0 * t + self.a * t * t / 2.0
-    }
-
-    fn speed_at(&self, at: Instant) -> f64 {
-        self.v0 + self.a * at.min(self.end).saturating_sub(self.start).as_secs_f64()
-    }
-
-    fn true_half_steps(&self, at: Instant, whole: bool) -> f64 {
-        let counts = match self.rotor {
-            Rotor::Held(at) => at,
-            Rotor::Follows(lost) if whole => self.count_at(at).round() + lost,
-            Rotor::Follows(lost) => self.count_at(at) + lost,
-        };
-        counts / self.counts_per_half_step
-    }
-}
+use super::segment::{Rotor, Segment, rest, settled};
 
 /// Where an axis is told to go.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -153,7 +106,11 @@ impl Axis {
         let brake = brake_distance(v, &paced);
         if brake > 0.0 {
             let end = p + v.signum() * brake;
-            let end = if v > 0.0 { (end - 1e-6).ceil() } else { (end + 1e-6).floor() };
+            let end = if v > 0.0 {
+                (end - 1e-6).ceil()
+            } else {
+                (end + 1e-6).floor()
+            };
             let speed = v.abs() / self.pace;
             self.drive(now, end as i32, Ramp { speed, ..goal.ramp });
         } else {
@@ -174,7 +131,10 @@ impl Axis {
     /// Loses `steps` counts: the rotor jumps (no further than a stop), the count does not.
     pub(super) fn lose(&mut self, now: Instant, steps: i32) {
         self.cut(now);
-        let (low, high) = (f64::from(self.stop_count(false)), f64::from(self.stop_count(true)));
+        let (low, high) = (
+            f64::from(self.stop_count(false)),
+            f64::from(self.stop_count(true)),
+        );
         let count = self.current.p0.round();
         if let Rotor::Follows(lost) = &mut self.current.rotor {
             *lost = (count + *lost + f64::from(steps)).clamp(low, high.max(low)) - count;
@@ -273,11 +233,21 @@ impl Axis {
         done.end = done.end.min(now.max(done.start));
         done.p1 = p;
         self.remember(done);
-        self.current = Segment { start: now, p0: p, v0: v, contact: false, ..self.current };
+        self.current = Segment {
+            start: now,
+            p0: p,
+            v0: v,
+            contact: false,
+            ..self.current
+        };
     }
 
     fn paced(&self, ramp: Ramp) -> Ramp {
-        Ramp { speed: ramp.speed * self.pace, base: ramp.base * self.pace, acceleration: ramp.acceleration * self.pace }
+        Ramp {
+            speed: ramp.speed * self.pace,
+            base: ramp.base * self.pace,
+            acceleration: ramp.acceleration * self.pace,
+        }
     }
 
     /// Plans afresh from here to the goal.
@@ -301,17 +271,32 @@ impl Axis {
         self.current = laid.pop_front().unwrap_or_else(|| {
             // Already there: an empty segment, so that arrival is noticed like any other.
             let target = f64::from(goal.target);
-            Segment { end: now, ..rest(now, target, rotor, self.counts_per_half_step) }
+            Segment {
+                end: now,
+                ..rest(now, target, rotor, self.counts_per_half_step)
+            }
         });
         self.planned = laid;
     }
 
     /// Lays legs onto the clock and splits them where the rotor meets a stop.
-    fn lay(&self, now: Instant, p: f64, target: f64, legs: &[Leg], rotor: Rotor, touching: bool) -> VecDeque<Segment> {
+    fn lay(
+        &self,
+        now: Instant,
+        p: f64,
+        target: f64,
+        legs: &[Leg],
+        rotor: Rotor,
+        touching: bool,
+    ) -> VecDeque<Segment> {
         let (mut p, mut elapsed, mut rotor, mut touching) = (p, 0.0, rotor, touching);
         let mut laid = VecDeque::with_capacity(legs.len() + 1);
         for (i, leg) in legs.iter().enumerate() {
-            let end = if i + 1 == legs.len() { target } else { p + leg.distance };
+            let end = if i + 1 == legs.len() {
+                target
+            } else {
+                p + leg.distance
+            };
             rotor = settled(rotor, p, self.blocked);
             let mut piece = Segment {
                 start: after(now, elapsed),
@@ -326,14 +311,29 @@ impl Axis {
             };
             if let Rotor::Follows(lost) = rotor {
                 let stop = f64::from(self.stop_count(leg.distance > 0.0));
-                let past_stop = |q: f64| if leg.distance > 0.0 { q + lost - stop } else { stop - q - lost };
+                let past_stop = |q: f64| {
+                    if leg.distance > 0.0 {
+                        q + lost - stop
+                    } else {
+                        stop - q - lost
+                    }
+                };
                 if past_stop(end) > 1e-6 {
                     let meets = leg_time(leg, -past_stop(p) * leg.distance.signum());
                     let held = Rotor::Held(stop);
                     if meets > 0.0 {
                         let at = after(now, elapsed + meets).min(piece.end);
-                        let before = Segment { end: at, p1: stop - lost, ..piece };
-                        piece = Segment { start: at, p0: stop - lost, v0: leg.v0 + leg.a * meets, ..piece };
+                        let before = Segment {
+                            end: at,
+                            p1: stop - lost,
+                            ..piece
+                        };
+                        piece = Segment {
+                            start: at,
+                            p0: stop - lost,
+                            v0: leg.v0 + leg.a * meets,
+                            ..piece
+                        };
                         laid.push_back(before);
                         touching = false;
                     }
@@ -351,19 +351,6 @@ impl Axis {
         }
         laid
     }
-}
-
-/// The rotor after a segment that ended at count `p`: a held one stays where it is and follows from there.
-fn settled(rotor: Rotor, p: f64, blocked: bool) -> Rotor {
-    match rotor {
-        Rotor::Held(at) if !blocked => Rotor::Follows(at - p.round()),
-        Rotor::Follows(lost) if blocked => Rotor::Held(p.round() + lost),
-        same => same,
-    }
-}
-
-fn rest(now: Instant, p: f64, rotor: Rotor, counts_per_half_step: f64) -> Segment {
-    Segment { start: now, end: Instant::MAX, p0: p, v0: 0.0, a: 0.0, p1: p, rotor, contact: false, counts_per_half_step }
 }
 
 /// The time at which a leg has travelled `distance` (signed like the leg), seconds; 0 if it starts beyond.

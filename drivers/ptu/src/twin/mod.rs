@@ -5,8 +5,8 @@
 //! fetch what it prints with [`Twin::poll_output`], and ask where the head really stands with [`Twin::true_position_at`].
 //!
 //! Reading order: [`options`] (what kind of unit it is), `settings` (what commands change), `profile` (one axis's motion
-//! on paper), `axis` (the same axis with stops, lost steps and a past), `parser` and `commands` (text to effects),
-//! `replies`, `reset`, `wire` (bytes on the line), [`fault`] (what goes wrong on demand), `unit` (the whole).
+//! on paper), `axis` (the same axis with stops, lost steps and a past; `segment` is a piece of it), `command`, `parser` and `commands` (text to effects),
+//! `replies`, `reset`, `wire` (bytes on the line), [`fault`] (what goes wrong on demand), `unit` (the whole) and `clockwork` (what passes inside).
 //!
 //! Where the document leaves a point open the twin does this:
 //!
@@ -18,6 +18,8 @@
 //! - on return from velocity mode the sign of the speed is ignored, and a speed of 0 counts as the lower bound.
 
 mod axis;
+mod clockwork;
+mod command;
 mod commands;
 mod constants;
 pub mod fault;
@@ -27,6 +29,7 @@ mod parser;
 mod profile;
 mod replies;
 mod reset;
+mod segment;
 mod settings;
 mod unit;
 mod wire;

@@ -1,108 +1,9 @@
-//! Text of one request to a [`Command`] (sections 2 and 6).
+//! Text of one request to a `Command` (sections 2 and 6).
 
+use super::command::{Command, Defaults, LimitCommand, Preset, Quantity, Switch};
 use super::names::AxisName;
 use super::replies::Refusal;
 use super::settings::{HoldPower, MovePower, ScanRange, StepMode};
-
-/// A figure that belongs to one axis; with a number it is set, without it is asked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Quantity {
-    /// `xP`
-    Position,
-    /// `xO`
-    Offset,
-    /// `xS`
-    Speed,
-    /// `xD`
-    SpeedDelta,
-    /// `xA`
-    Acceleration,
-    /// `xB`
-    Base,
-    /// `xU`
-    Upper,
-    /// `xL`
-    Lower,
-    /// `xN`
-    Minimum,
-    /// `xX`
-    Maximum,
-    /// `xNU`
-    UserMinimum,
-    /// `xXU`
-    UserMaximum,
-    /// `xR`
-    Resolution,
-}
-
-/// A switch of the whole unit; `None` asks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Switch {
-    /// `EE` `ED` `E`
-    Echo,
-    /// `FV` `FT` `F`
-    Verbose,
-    /// `CV` `CI` `C`
-    Velocity,
-    /// `S` `I` `IQ`
-    Slaved,
-    /// `ME` `MD` `MQ`
-    ScanAtPowerUp,
-}
-
-/// What to do with a preset.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Preset {
-    Store,
-    Go,
-    Clear,
-}
-
-/// How limits are to be enforced.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum LimitCommand {
-    Enable,
-    Disable,
-    User,
-    Query,
-}
-
-/// Which saved settings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Defaults {
-    Save,
-    Restore,
-    Factory,
-}
-
-/// One request.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Command {
-    Axis(AxisName, Quantity, Option<i32>),
-    Hold(AxisName, Option<HoldPower>),
-    Moving(AxisName, Option<MovePower>),
-    Step(AxisName, Option<StepMode>),
-    Switch(Switch, Option<bool>),
-    Limits(LimitCommand),
-    Await,
-    Halt { pan: bool, tilt: bool },
-    Monitor(Option<ScanRange>),
-    Reset,
-    /// `RE RP RT RD`
-    ResetSelect { pan: bool, tilt: bool },
-    Defaults(Defaults),
-    Version,
-    Supply,
-    HostPort { baud: u32, gap_ms: i32, keep: bool },
-    UnitId(Option<i32>),
-    Select(i32),
-    Preset(Preset, i32),
-    Batch(Option<[i32; 4]>),
-    BatchTimed,
-    Menu,
-    /// `@A @B JE JD OOH OOL`
-    OptionBoard,
-}
 
 /// Collects bytes into requests.
 #[derive(Debug, Default)]
@@ -140,10 +41,14 @@ pub(super) fn is_delimiter(byte: u8) -> bool {
 /// # Errors
 /// [`Refusal::IllegalCommand`] for anything that is not in the table of section 6.
 pub(super) fn parse(text: &[u8]) -> Result<Command, Refusal> {
-    let text = std::str::from_utf8(text).map_err(|_| Refusal::IllegalCommand)?.to_ascii_uppercase();
+    let text = std::str::from_utf8(text)
+        .map_err(|_| Refusal::IllegalCommand)?
+        .to_ascii_uppercase();
     let letters = text.bytes().take_while(u8::is_ascii_alphabetic).count();
     let (name, args) = text.split_at(letters);
-    whole_unit(name, args).or_else(|| one_axis(name, args)).ok_or(Refusal::IllegalCommand)
+    whole_unit(name, args)
+        .or_else(|| one_axis(name, args))
+        .ok_or(Refusal::IllegalCommand)
 }
 
 fn whole_unit(name: &str, args: &str) -> Option<Command> {
@@ -184,15 +89,36 @@ fn whole_unit(name: &str, args: &str) -> Option<Command> {
         "LU" => Some(C::Limits(LimitCommand::User)),
         "L" => Some(C::Limits(LimitCommand::Query)),
         "A" => Some(C::Await),
-        "H" => Some(C::Halt { pan: true, tilt: true }),
-        "HP" => Some(C::Halt { pan: true, tilt: false }),
-        "HT" => Some(C::Halt { pan: false, tilt: true }),
+        "H" => Some(C::Halt {
+            pan: true,
+            tilt: true,
+        }),
+        "HP" => Some(C::Halt {
+            pan: true,
+            tilt: false,
+        }),
+        "HT" => Some(C::Halt {
+            pan: false,
+            tilt: true,
+        }),
         "M" => Some(C::Monitor(None)),
         "R" => Some(C::Reset),
-        "RE" => Some(C::ResetSelect { pan: true, tilt: true }),
-        "RP" => Some(C::ResetSelect { pan: true, tilt: false }),
-        "RT" => Some(C::ResetSelect { pan: false, tilt: true }),
-        "RD" => Some(C::ResetSelect { pan: false, tilt: false }),
+        "RE" => Some(C::ResetSelect {
+            pan: true,
+            tilt: true,
+        }),
+        "RP" => Some(C::ResetSelect {
+            pan: true,
+            tilt: false,
+        }),
+        "RT" => Some(C::ResetSelect {
+            pan: false,
+            tilt: true,
+        }),
+        "RD" => Some(C::ResetSelect {
+            pan: false,
+            tilt: false,
+        }),
         "DS" => Some(C::Defaults(Defaults::Save)),
         "DR" => Some(C::Defaults(Defaults::Restore)),
         "DF" => Some(C::Defaults(Defaults::Factory)),
@@ -251,7 +177,11 @@ fn one_axis(name: &str, args: &str) -> Option<Command> {
         "R" => Quantity::Resolution,
         _ => return None,
     };
-    let value = if args.is_empty() { None } else { Some(number(args)?) };
+    let value = if args.is_empty() {
+        None
+    } else {
+        Some(number(args)?)
+    };
     Some(Command::Axis(axis, quantity, value))
 }
 
@@ -274,7 +204,10 @@ fn punctuated(text: &str) -> Option<Command> {
         "F" => false,
         _ => return None,
     };
-    fields.next().is_none().then_some(Command::HostPort { baud, gap_ms, keep })
+    fields
+        .next()
+        .is_none()
+        .then_some(Command::HostPort { baud, gap_ms, keep })
 }
 
 fn axis_of(name: &str) -> Option<(AxisName, &str)> {
@@ -313,10 +246,34 @@ mod tests {
         assert_eq!(parse(b"pp-2500"), pan(Quantity::Position, Some(-2500)));
         assert_eq!(parse(b"Pp+7"), pan(Quantity::Position, Some(7)));
         assert_eq!(parse(b"PXU"), pan(Quantity::UserMaximum, None));
-        assert_eq!(parse(b"wta"), Ok(Command::Step(AxisName::Tilt, Some(StepMode::Auto))));
-        assert_eq!(parse(b"@(19200,5,T)"), Ok(Command::HostPort { baud: 19200, gap_ms: 5, keep: true }));
-        assert_eq!(parse(b"m1,2"), Ok(Command::Monitor(Some([Some((1, 2)), None]))));
-        for bad in [&b"PP--1"[..], b"PP1.5", b"PP99999999999", b"PQ", b"@(1,2)", b"M1,2,3", b"\xff", b"PHR5", b"_", b"#"] {
+        assert_eq!(
+            parse(b"wta"),
+            Ok(Command::Step(AxisName::Tilt, Some(StepMode::Auto)))
+        );
+        assert_eq!(
+            parse(b"@(19200,5,T)"),
+            Ok(Command::HostPort {
+                baud: 19200,
+                gap_ms: 5,
+                keep: true
+            })
+        );
+        assert_eq!(
+            parse(b"m1,2"),
+            Ok(Command::Monitor(Some([Some((1, 2)), None])))
+        );
+        for bad in [
+            &b"PP--1"[..],
+            b"PP1.5",
+            b"PP99999999999",
+            b"PQ",
+            b"@(1,2)",
+            b"M1,2,3",
+            b"\xff",
+            b"PHR5",
+            b"_",
+            b"#",
+        ] {
             assert_eq!(parse(bad), Err(Refusal::IllegalCommand), "{bad:?}");
         }
     }

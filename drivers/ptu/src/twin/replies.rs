@@ -1,9 +1,9 @@
 //! The words of the unit (sections 3 and 4).
 
+use super::command::Quantity;
 use super::names::AxisName;
 use super::options::{Model, Supply};
 use super::settings::{AxisSettings, HoldPower, LimitMode, MovePower, StepMode};
-use super::parser::Quantity;
 
 /// Why a command is refused; displays as the text after `! `.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -45,11 +45,17 @@ impl Answer {
     /// An answer that is the same in both modes.
     pub(super) fn same(text: impl Into<String>) -> Self {
         let text = text.into();
-        Self { verbose: text.clone(), terse: text }
+        Self {
+            verbose: text.clone(),
+            terse: text,
+        }
     }
 
     fn new(terse: impl ToString, verbose: String) -> Self {
-        Self { terse: terse.to_string(), verbose }
+        Self {
+            terse: terse.to_string(),
+            verbose,
+        }
     }
 }
 
@@ -77,8 +83,15 @@ pub(super) fn figure(axis: AxisName, quantity: Quantity, n: i32) -> Answer {
 pub(super) fn resolution(axis: AxisName, model: Model, mode_counts: f64, e_series: bool) -> Answer {
     let printed = (model.half_step_arcsec() / mode_counts * 1e4 + 1e-6).floor() / 1e4;
     let terse = format!("{printed:.4}");
-    let per = if e_series { "per position".to_owned() } else { format!("per {axis} position") };
-    Answer { verbose: format!("{terse} seconds arc {per}"), terse }
+    let per = if e_series {
+        "per position".to_owned()
+    } else {
+        format!("per {axis} position")
+    };
+    Answer {
+        verbose: format!("{terse} seconds arc {per}"),
+        terse,
+    }
 }
 
 /// `PH` `TH`.
@@ -129,7 +142,11 @@ pub(super) fn echo(on: bool) -> Answer {
 
 /// `F`.
 pub(super) fn feedback(verbose: bool) -> Answer {
-    Answer::same(if verbose { "ASCII verbose mode" } else { "ASCII terse mode" })
+    Answer::same(if verbose {
+        "ASCII verbose mode"
+    } else {
+        "ASCII terse mode"
+    })
 }
 
 /// `C`.
@@ -144,13 +161,21 @@ pub(super) fn control(velocity: bool, e_series: bool) -> Answer {
 
 /// `IQ`.
 pub(super) fn execution(slaved: bool) -> Answer {
-    let (terse, word) = if slaved { ("S", "SLAVED") } else { ("I", "IMMEDIATE") };
+    let (terse, word) = if slaved {
+        ("S", "SLAVED")
+    } else {
+        ("I", "IMMEDIATE")
+    };
     Answer::new(terse, format!("{word} execution mode"))
 }
 
 /// `MQ`; the wording is not documented.
 pub(super) fn scan_at_power_up(on: bool) -> Answer {
-    let (terse, word) = if on { ("E", "ENABLED") } else { ("D", "DISABLED") };
+    let (terse, word) = if on {
+        ("E", "ENABLED")
+    } else {
+        ("D", "DISABLED")
+    };
     Answer::new(terse, format!("Monitor mode at power up is {word}"))
 }
 

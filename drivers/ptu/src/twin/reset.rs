@@ -56,8 +56,15 @@ impl Twin {
         let selected = self.settings.reset_at_power_up;
         if self.options.banner {
             let end = String::from_utf8_lossy(self.options.line_end.bytes()).into_owned();
-            let version = self.options.firmware.trim_start_matches("Pan-Tilt Controller ").to_owned();
-            self.emit(format!("{end}{end}### PAN-TILT CONTROLLER{end}### {version}{end}Initializing...").as_bytes());
+            let version = self
+                .options
+                .firmware
+                .trim_start_matches("Pan-Tilt Controller ")
+                .to_owned();
+            self.emit(
+                format!("{end}{end}### PAN-TILT CONTROLLER{end}### {version}{end}Initializing...")
+                    .as_bytes(),
+            );
         } else if !selected.pan && !selected.tilt {
             self.cpu = Cpu::Ready;
             self.start_running();
@@ -86,7 +93,10 @@ impl Twin {
             let counts = self.settings.axis(axis).counted_in.counts_per_half_step();
             self.axes[axis.index()].adopt_truth(self.now, counts);
             reset.axes.push(axis);
-            reset.stages.extend([Stage::Stop { axis, upper: false }, Stage::Stop { axis, upper: true }]);
+            reset.stages.extend([
+                Stage::Stop { axis, upper: false },
+                Stage::Stop { axis, upper: true },
+            ]);
         }
         if !reset.axes.is_empty() {
             reset.stages.push_back(Stage::Home);
@@ -115,7 +125,9 @@ impl Twin {
                     reset.current = None;
                 }
                 None => match reset.stages.pop_front() {
-                    Some(stage) => reset.current = Some((stage, self.start_stage(stage, &reset.axes))),
+                    Some(stage) => {
+                        reset.current = Some((stage, self.start_stage(stage, &reset.axes)))
+                    }
                     None => return self.finish_reset(&reset),
                 },
             }
@@ -132,12 +144,17 @@ impl Twin {
                 Stage::Home => 0,
             };
             let settings = self.settings.axis(axis);
-            let speed = f64::from(self.options.reset_speed[axis.index()].max(1)) * settings.counted_in.counts_per_half_step();
-            let ramp = Ramp { speed, ..settings.ramp() };
+            let speed = f64::from(self.options.reset_speed[axis.index()].max(1))
+                * settings.counted_in.counts_per_half_step();
+            let ramp = Ramp {
+                speed,
+                ..settings.ramp()
+            };
             let motor = &mut self.axes[axis.index()];
             let way = f64::from((target - motor.position(self.now)).abs());
             let slowest = speed.min(ramp.base.max(1.0));
-            let time = Duration::try_from_secs_f64(RESET_PATIENCE * way / slowest).unwrap_or(Duration::MAX);
+            let time = Duration::try_from_secs_f64(RESET_PATIENCE * way / slowest)
+                .unwrap_or(Duration::MAX);
             longest = longest.max(time);
             motor.drive(self.now, target, ramp);
         }
@@ -182,7 +199,10 @@ impl Twin {
 
     /// What runs by itself once the unit is ready: a motion or a scan that the start state or `ME` asks for.
     pub(super) fn start_running(&mut self) {
-        if let (false, Some(targets)) = (self.options.power_up, self.options.start.moving_to_steps.take()) {
+        if let (false, Some(targets)) = (
+            self.options.power_up,
+            self.options.start.moving_to_steps.take(),
+        ) {
             for axis in AxisName::BOTH {
                 self.drive(axis, targets[axis.index()]);
             }
@@ -202,7 +222,10 @@ impl Twin {
             let n = nominal + self.rng.random_range(-spread..=spread);
             (f64::from(n) * counts).round() as i32
         };
-        self.limits[i] = (measured(self.options.minimum_steps[i]), measured(self.options.maximum_steps[i]));
+        self.limits[i] = (
+            measured(self.options.minimum_steps[i]),
+            measured(self.options.maximum_steps[i]),
+        );
     }
 
     /// The step mode asked for with `W` comes into force.

@@ -85,7 +85,10 @@ pub(super) struct AxisSettings {
 impl AxisSettings {
     /// The figures that shape a motion now.
     pub(super) fn ramp(&self) -> Ramp {
-        let speed = self.speed.abs().max(if self.speed == 0 { self.lower } else { 1 });
+        let speed = self
+            .speed
+            .abs()
+            .max(if self.speed == 0 { self.lower } else { 1 });
         Ramp {
             speed: f64::from(speed),
             base: f64::from(self.base.max(1)),
@@ -98,7 +101,13 @@ impl AxisSettings {
         let ratio = mode.counts_per_half_step() / self.counted_in.counts_per_half_step();
         self.counted_in = mode;
         let scale = |n: i32| (f64::from(n) * ratio).round() as i32;
-        for n in [&mut self.speed, &mut self.base, &mut self.acceleration, &mut self.upper, &mut self.lower] {
+        for n in [
+            &mut self.speed,
+            &mut self.base,
+            &mut self.acceleration,
+            &mut self.upper,
+            &mut self.lower,
+        ] {
             *n = scale(*n);
         }
         self.user_minimum = self.user_minimum.map(scale);
@@ -166,13 +175,26 @@ impl Settings {
 
     /// Factory settings with the start state laid over them.
     pub(super) fn started(options: &TwinOptions) -> Self {
-        let StartState { echo, verbose, velocity_mode, slaved, limits, unit_id, monitor, .. } = options.start;
+        let StartState {
+            echo,
+            verbose,
+            velocity_mode,
+            slaved,
+            limits,
+            unit_id,
+            monitor,
+            ..
+        } = options.start;
         Self {
             echo,
             verbose,
             velocity_mode,
             slaved,
-            limits: if limits { LimitMode::Factory } else { LimitMode::Off },
+            limits: if limits {
+                LimitMode::Factory
+            } else {
+                LimitMode::Off
+            },
             unit_id,
             scan_at_power_up: monitor,
             ..Self::factory(options)

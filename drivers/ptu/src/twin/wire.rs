@@ -80,11 +80,17 @@ impl Transmitter {
         self.waiting += bytes.len();
         self.free_at = self.free_at.max(now);
         match pace {
-            None => self.queue.push_back(Output { at: self.free_at, bytes: bytes.to_vec() }),
+            None => self.queue.push_back(Output {
+                at: self.free_at,
+                bytes: bytes.to_vec(),
+            }),
             Some(time) => {
                 for &byte in bytes {
                     self.free_at = self.free_at.saturating_add(time);
-                    self.queue.push_back(Output { at: self.free_at, bytes: vec![byte] });
+                    self.queue.push_back(Output {
+                        at: self.free_at,
+                        bytes: vec![byte],
+                    });
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! What requests do: [`motion`](self) of the head, its speeds, and the modes of the unit.
+//! What requests do: `dispatch` finds the method, `motion` moves the head, `speed` bounds it, `modes` does the rest.
 
 mod dispatch;
 mod modes;

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use super::{Executed, Outcome};
+use crate::twin::command::{Defaults, Switch};
 use crate::twin::constants::{BAUD_RATES, E_BAUD_RATES, MAX_BYTE_GAP_MS, MAX_UNIT_ID};
 use crate::twin::options::Supply;
-use crate::twin::parser::{Defaults, Switch};
 use crate::twin::replies::{self, Refusal};
 use crate::twin::settings::Settings;
 use crate::twin::unit::Twin;
@@ -50,7 +50,10 @@ impl Twin {
                 return Ok(Outcome::Done);
             }
             Defaults::Restore => self.saved.clone(),
-            Defaults::Factory => Settings { unit_id: self.settings.unit_id, ..Settings::factory(&self.options) },
+            Defaults::Factory => Settings {
+                unit_id: self.settings.unit_id,
+                ..Settings::factory(&self.options)
+            },
         };
         if self.moving() {
             return Err(Refusal::InMotion);
@@ -60,7 +63,12 @@ impl Twin {
             new.count_in(old.counted_in);
         }
         self.held_back = [None; 2];
-        if restored.axes.iter().zip(&self.settings.axes).all(|(new, old)| new.same_tables(old)) {
+        if restored
+            .axes
+            .iter()
+            .zip(&self.settings.axes)
+            .all(|(new, old)| new.same_tables(old))
+        {
             self.settings = restored;
             return Ok(Outcome::Done);
         }
@@ -69,7 +77,8 @@ impl Twin {
 
     /// `@(baud,delay,T or F)`; the reply still goes at the old speed.
     pub(super) fn host_port(&mut self, baud: u32, gap_ms: i32, keep: bool) -> Executed {
-        let known = BAUD_RATES.contains(&baud) || (self.options.e_series && E_BAUD_RATES.contains(&baud));
+        let known =
+            BAUD_RATES.contains(&baud) || (self.options.e_series && E_BAUD_RATES.contains(&baud));
         if !known || !(0..=MAX_BYTE_GAP_MS).contains(&gap_ms) {
             return Err(Refusal::IllegalCommand);
         }
@@ -81,7 +90,9 @@ impl Twin {
 
     /// `U`.
     pub(super) fn unit_id(&mut self, id: Option<i32>) -> Executed {
-        let Some(id) = id else { return Ok(Outcome::Say(replies::unit_id(self.settings.unit_id))) };
+        let Some(id) = id else {
+            return Ok(Outcome::Say(replies::unit_id(self.settings.unit_id)));
+        };
         self.settings.unit_id = valid_id(id)?;
         Ok(Outcome::Done)
     }
@@ -98,11 +109,21 @@ impl Twin {
 
     /// What `O` reports now.
     pub(super) fn supply_now(&self) -> Supply {
-        let scripted = || self.options.supply_script.iter().rev().find(|(at, _)| *at <= self.now).map(|(_, s)| *s);
+        let scripted = || {
+            self.options
+                .supply_script
+                .iter()
+                .rev()
+                .find(|(at, _)| *at <= self.now)
+                .map(|(_, s)| *s)
+        };
         self.supply.or_else(scripted).unwrap_or(self.options.supply)
     }
 }
 
 fn valid_id(id: i32) -> Result<u8, Refusal> {
-    u8::try_from(id).ok().filter(|_| id <= MAX_UNIT_ID).ok_or(Refusal::IllegalUnitId)
+    u8::try_from(id)
+        .ok()
+        .filter(|_| id <= MAX_UNIT_ID)
+        .ok_or(Refusal::IllegalUnitId)
 }

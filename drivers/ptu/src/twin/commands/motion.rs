@@ -1,16 +1,21 @@
 //! Targets, limits, halting, waiting, scanning.
 
 use super::{Executed, Outcome};
+use crate::twin::command::{Preset, Quantity};
 use crate::twin::constants::{MAX_POSITION, PRESETS};
 use crate::twin::names::AxisName;
-use crate::twin::parser::{Preset, Quantity};
 use crate::twin::replies::{self, Refusal};
 use crate::twin::settings::{LimitMode, ScanRange};
 use crate::twin::unit::{Cpu, Scan, Twin};
 
 impl Twin {
     /// `xP` and `xO`.
-    pub(super) fn position(&mut self, axis: AxisName, quantity: Quantity, value: Option<i32>) -> Executed {
+    pub(super) fn position(
+        &mut self,
+        axis: AxisName,
+        quantity: Quantity,
+        value: Option<i32>,
+    ) -> Executed {
         let i = axis.index();
         let here = self.axes[i].position(self.now);
         let Some(value) = value else {
@@ -20,7 +25,11 @@ impl Twin {
             };
             return Ok(Outcome::Say(replies::figure(axis, quantity, n)));
         };
-        let target = if quantity == Quantity::Offset { here.saturating_add(value) } else { value };
+        let target = if quantity == Quantity::Offset {
+            here.saturating_add(value)
+        } else {
+            value
+        };
         self.check_target(axis, target)?;
         self.go(axis, target);
         Ok(Outcome::Done)
@@ -37,7 +46,9 @@ impl Twin {
         match self.limits_in_force(axis) {
             Some((_, maximum)) if target > maximum => Err(Refusal::AboveMaximum(axis, maximum)),
             Some((minimum, _)) if target < minimum => Err(Refusal::BelowMinimum(axis, minimum)),
-            None if target.unsigned_abs() > MAX_POSITION.unsigned_abs() => Err(Refusal::IllegalCommand),
+            None if target.unsigned_abs() > MAX_POSITION.unsigned_abs() => {
+                Err(Refusal::IllegalCommand)
+            }
             _ => Ok(()),
         }
     }
@@ -94,9 +105,10 @@ impl Twin {
         match self.settings.limits {
             LimitMode::Off => None,
             LimitMode::Factory => Some(measured),
-            LimitMode::User => {
-                Some((settings.user_minimum.unwrap_or(measured.0), settings.user_maximum.unwrap_or(measured.1)))
-            }
+            LimitMode::User => Some((
+                settings.user_minimum.unwrap_or(measured.0),
+                settings.user_maximum.unwrap_or(measured.1),
+            )),
         }
     }
 
@@ -114,7 +126,12 @@ impl Twin {
     }
 
     /// `xN xX` and, on the E series, `xNU xXU`.
-    pub(super) fn limit(&mut self, axis: AxisName, quantity: Quantity, value: Option<i32>) -> Executed {
+    pub(super) fn limit(
+        &mut self,
+        axis: AxisName,
+        quantity: Quantity,
+        value: Option<i32>,
+    ) -> Executed {
         let (minimum, maximum) = self.limits[axis.index()];
         let user = matches!(quantity, Quantity::UserMinimum | Quantity::UserMaximum);
         if user {
@@ -139,14 +156,20 @@ impl Twin {
         if value < minimum {
             return Err(Refusal::BelowMinimum(axis, minimum));
         }
-        let bound = if quantity == Quantity::UserMinimum { &mut settings.user_minimum } else { &mut settings.user_maximum };
+        let bound = if quantity == Quantity::UserMinimum {
+            &mut settings.user_minimum
+        } else {
+            &mut settings.user_maximum
+        };
         *bound = Some(value);
         Ok(Outcome::Done)
     }
 
     /// `M` (section 8).
     pub(super) fn monitor(&mut self, range: Option<ScanRange>) -> Executed {
-        let range = range.or(self.settings.scan).unwrap_or_else(|| self.default_scan());
+        let range = range
+            .or(self.settings.scan)
+            .unwrap_or_else(|| self.default_scan());
         for (axis, ends) in AxisName::BOTH.into_iter().zip(range) {
             if let Some((first, second)) = ends {
                 self.check_target(axis, first)?;
@@ -165,7 +188,10 @@ impl Twin {
 
     /// Starts an auto-scan.
     pub(in crate::twin) fn begin_scan(&mut self, range: ScanRange) {
-        self.scan = Some(Scan { range, second: true });
+        self.scan = Some(Scan {
+            range,
+            second: true,
+        });
         self.turn_scan();
     }
 
@@ -179,7 +205,9 @@ impl Twin {
         let (range, second) = (scan.range, scan.second);
         for (axis, ends) in AxisName::BOTH.into_iter().zip(range) {
             let target = ends.map(|(a, b)| if second { b } else { a });
-            if let Some(target) = target.filter(|t| *t != self.axes[axis.index()].position(self.now)) {
+            if let Some(target) =
+                target.filter(|t| *t != self.axes[axis.index()].position(self.now))
+            {
                 self.drive(axis, target);
             }
         }
@@ -188,18 +216,24 @@ impl Twin {
     /// Any character ends a scan and sends the head home.
     pub(in crate::twin) fn end_scan(&mut self) {
         if self.scan.take().is_some() {
-            AxisName::BOTH.into_iter().for_each(|axis| self.drive(axis, 0));
+            AxisName::BOTH
+                .into_iter()
+                .for_each(|axis| self.drive(axis, 0));
         }
     }
 
     /// `XS XG XC`.
     pub(super) fn preset(&mut self, what: Preset, index: i32) -> Executed {
-        let index = usize::try_from(index).ok().filter(|i| *i < PRESETS).ok_or(Refusal::IllegalCommand)?;
+        let index = usize::try_from(index)
+            .ok()
+            .filter(|i| *i < PRESETS)
+            .ok_or(Refusal::IllegalCommand)?;
         match what {
             Preset::Clear => self.settings.presets[index] = None,
             Preset::Store => {
                 let [pan, tilt] = &self.axes;
-                self.settings.presets[index] = Some([pan.position(self.now), tilt.position(self.now)]);
+                self.settings.presets[index] =
+                    Some([pan.position(self.now), tilt.position(self.now)]);
             }
             Preset::Go => {
                 let targets = self.settings.presets[index].ok_or(Refusal::PresetEmpty)?;
@@ -219,7 +253,10 @@ impl Twin {
         let Some([pan, tilt, pan_speed, tilt_speed]) = values else {
             return Ok(Outcome::Say(replies::Answer::same(self.batch_text())));
         };
-        let wanted = [(AxisName::Pan, pan, pan_speed), (AxisName::Tilt, tilt, tilt_speed)];
+        let wanted = [
+            (AxisName::Pan, pan, pan_speed),
+            (AxisName::Tilt, tilt, tilt_speed),
+        ];
         for (axis, target, speed) in wanted {
             self.check_target(axis, target)?;
             self.check_speed(axis, speed)?;
@@ -239,7 +276,12 @@ impl Twin {
 
     fn batch_text(&self) -> String {
         let [pan, tilt] = &self.axes;
-        let [pan_speed, tilt_speed] = [&self.settings.axes[0], &self.settings.axes[1]].map(|a| a.speed);
-        format!("{},{},{pan_speed},{tilt_speed}", pan.position(self.now), tilt.position(self.now))
+        let [pan_speed, tilt_speed] =
+            [&self.settings.axes[0], &self.settings.axes[1]].map(|a| a.speed);
+        format!(
+            "{},{},{pan_speed},{tilt_speed}",
+            pan.position(self.now),
+            tilt.position(self.now)
+        )
     }
 }

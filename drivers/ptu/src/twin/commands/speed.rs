@@ -1,16 +1,21 @@
 //! Speeds, bounds, tables, velocity mode.
 
 use super::{Executed, Outcome};
+use crate::twin::command::Quantity;
 use crate::twin::constants::{BEYOND, MAX_ACCELERATION, MAX_SPEED, MIN_SPEED};
 use crate::twin::names::AxisName;
-use crate::twin::parser::Quantity;
 use crate::twin::replies::{self, Refusal};
 use crate::twin::settings::Settings;
 use crate::twin::unit::{Cpu, Twin};
 
 impl Twin {
     /// `xS xD xA xB xU xL`.
-    pub(super) fn speed(&mut self, axis: AxisName, quantity: Quantity, value: Option<i32>) -> Executed {
+    pub(super) fn speed(
+        &mut self,
+        axis: AxisName,
+        quantity: Quantity,
+        value: Option<i32>,
+    ) -> Executed {
         let settings = self.settings.axis(axis);
         match (quantity, value) {
             (_, None) => {
@@ -25,7 +30,9 @@ impl Twin {
                 Ok(Outcome::Say(replies::figure(axis, quantity, n)))
             }
             (Quantity::Speed, Some(speed)) => self.set_speed(axis, speed),
-            (Quantity::SpeedDelta, Some(change)) => self.set_speed(axis, settings.speed.saturating_add(change)),
+            (Quantity::SpeedDelta, Some(change)) => {
+                self.set_speed(axis, settings.speed.saturating_add(change))
+            }
             (Quantity::Lower, Some(lower)) => {
                 if lower < MIN_SPEED {
                     return Err(Refusal::BelowMotor(MIN_SPEED));
@@ -43,7 +50,11 @@ impl Twin {
     /// Instantaneous speed: signed in velocity mode only.
     fn speed_now(&self, axis: AxisName) -> i32 {
         let speed = self.axes[axis.index()].speed(self.now).round() as i32;
-        if self.settings.velocity_mode { speed } else { speed.abs() }
+        if self.settings.velocity_mode {
+            speed
+        } else {
+            speed.abs()
+        }
     }
 
     /// Whether a speed is within the bounds of the mode in force.
@@ -53,7 +64,11 @@ impl Twin {
         if velocity && speed == 0 {
             return Ok(());
         }
-        let magnitude = if velocity { speed.saturating_abs() } else { speed };
+        let magnitude = if velocity {
+            speed.saturating_abs()
+        } else {
+            speed
+        };
         if magnitude > settings.upper {
             return Err(Refusal::TooFast(axis, settings.upper));
         }
@@ -82,7 +97,13 @@ impl Twin {
         let end = match (self.limits_in_force(axis), speed > 0) {
             (Some((_, maximum)), true) => maximum.max(here),
             (Some((minimum, _)), false) => minimum.min(here),
-            (None, up) => if up { BEYOND } else { -BEYOND },
+            (None, up) => {
+                if up {
+                    BEYOND
+                } else {
+                    -BEYOND
+                }
+            }
         };
         if speed == 0 || end == here {
             self.axes[axis.index()].halt(self.now);
@@ -147,7 +168,10 @@ impl Twin {
     /// Settings whose tables need time: they hold, and `*` is printed, when it has passed.
     pub(super) fn recompute(&mut self, settings: Settings) -> Outcome {
         let due = self.now.saturating_add(self.options.table_delay);
-        self.cpu = Cpu::Recomputing { due, settings: Box::new(settings) };
+        self.cpu = Cpu::Recomputing {
+            due,
+            settings: Box::new(settings),
+        };
         Outcome::Silent
     }
 
@@ -157,6 +181,11 @@ impl Twin {
             return Err(Refusal::IllegalCommand);
         }
         let counts = self.settings.axis(axis).counted_in.counts_per_half_step();
-        Ok(Outcome::Say(replies::resolution(axis, self.options.model, counts, self.options.e_series)))
+        Ok(Outcome::Say(replies::resolution(
+            axis,
+            self.options.model,
+            counts,
+            self.options.e_series,
+        )))
     }
 }

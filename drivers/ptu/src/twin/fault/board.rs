@@ -62,7 +62,13 @@ impl Board {
             let at = spec.at.unwrap_or(now).max(now);
             let until = spec.lasting.map_or(Instant::MAX, |d| at.saturating_add(d));
             let left = spec.count;
-            self.faults.push(Pending { spec, at, until, left, skipped: 0 });
+            self.faults.push(Pending {
+                spec,
+                at,
+                until,
+                left,
+                skipped: 0,
+            });
         }
     }
 
@@ -70,7 +76,13 @@ impl Board {
     pub(in crate::twin) fn next_at(&self, now: Instant) -> Option<Instant> {
         self.faults
             .iter()
-            .map(|f| if one_time(&f.spec.kind) || f.at > now { f.at } else { f.until })
+            .map(|f| {
+                if one_time(&f.spec.kind) || f.at > now {
+                    f.at
+                } else {
+                    f.until
+                }
+            })
             .filter(|at| *at != Instant::MAX)
             .min()
     }
@@ -84,22 +96,30 @@ impl Board {
             }
             match &fault.spec.kind {
                 _ if fault.left == 0 => {}
-                FaultKind::LostSteps { axes, steps } => strikes.extend(axes.iter().map(|a| Strike::Lose(*a, *steps))),
+                FaultKind::LostSteps { axes, steps } => {
+                    strikes.extend(axes.iter().map(|a| Strike::Lose(*a, *steps)))
+                }
                 FaultKind::Event(letter) => strikes.push(Strike::Event(*letter)),
                 FaultKind::Text(text) => strikes.push(Strike::Text(text.clone())),
                 FaultKind::Echo => strikes.push(Strike::Echo),
                 FaultKind::Verbose => strikes.push(Strike::Verbose),
-                _ => strikes.push(Strike::PowerCycle(fault.spec.lasting.map_or(now, |_| fault.until))),
+                _ => strikes.push(Strike::PowerCycle(
+                    fault.spec.lasting.map_or(now, |_| fault.until),
+                )),
             }
             fault.left = fault.left.saturating_sub(1);
             fault.at = fault.at.saturating_add(fault.spec.every);
         }
-        self.faults.retain(|f| f.left > 0 && (one_time(&f.spec.kind) || f.until > now));
+        self.faults
+            .retain(|f| f.left > 0 && (one_time(&f.spec.kind) || f.until > now));
         strikes
     }
 
     fn active(&self, now: Instant) -> impl Iterator<Item = &FaultKind> {
-        self.faults.iter().filter(move |f| f.at <= now && now < f.until).map(|f| &f.spec.kind)
+        self.faults
+            .iter()
+            .filter(move |f| f.at <= now && now < f.until)
+            .map(|f| &f.spec.kind)
     }
 
     /// What hinders one axis: stalled, blocked, factor on speed.
@@ -120,8 +140,12 @@ impl Board {
 
     /// Whether the next calibration fails; counts it.
     pub(in crate::twin) fn reset_fails(&mut self, now: Instant) -> bool {
-        let failing = |f: &&mut Pending| f.spec.kind == FaultKind::ResetFails && f.at <= now && now < f.until && f.left > 0;
-        let Some(fault) = self.faults.iter_mut().find(failing) else { return false };
+        let failing = |f: &&mut Pending| {
+            f.spec.kind == FaultKind::ResetFails && f.at <= now && now < f.until && f.left > 0
+        };
+        let Some(fault) = self.faults.iter_mut().find(failing) else {
+            return false;
+        };
         fault.left -= 1;
         true
     }
@@ -140,13 +164,24 @@ impl Board {
     }
 
     /// A byte of the unit, as it reaches the host; `None` if it does not.
-    pub(in crate::twin) fn say(&mut self, byte: u8, now: Instant, rng: &mut ChaCha8Rng) -> Option<u8> {
+    pub(in crate::twin) fn say(
+        &mut self,
+        byte: u8,
+        now: Instant,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<u8> {
         let mut said = Some(byte);
-        for fault in self.faults.iter_mut().filter(|f| f.at <= now && now < f.until) {
+        for fault in self
+            .faults
+            .iter_mut()
+            .filter(|f| f.at <= now && now < f.until)
+        {
             match fault.spec.kind {
                 FaultKind::Silence { .. } => return None,
                 FaultKind::WrongBaud => said = said.map(|_| rng.random()),
-                FaultKind::LostByte { skip } | FaultKind::GarbageByte { skip } if fault.left > 0 => {
+                FaultKind::LostByte { skip } | FaultKind::GarbageByte { skip }
+                    if fault.left > 0 =>
+                {
                     if fault.skipped < skip {
                         fault.skipped += 1;
                         continue;
@@ -154,7 +189,11 @@ impl Board {
                     fault.skipped = 0;
                     fault.left -= 1;
                     let lost = matches!(fault.spec.kind, FaultKind::LostByte { .. });
-                    said = if lost { None } else { said.map(|b| b ^ rng.random_range(1..=255_u8)) };
+                    said = if lost {
+                        None
+                    } else {
+                        said.map(|b| b ^ rng.random_range(1..=255_u8))
+                    };
                 }
                 _ => {}
             }

@@ -1,6 +1,5 @@
 //! The text of a fault, read and refused.
 
-
 use std::time::Duration;
 
 use crate::twin::names::AxisName;
@@ -139,9 +138,14 @@ impl std::str::FromStr for FaultSpec {
         let kind = match name.as_str() {
             "lost-steps" => FaultKind::LostSteps {
                 axes: axes()?,
-                steps: keys.get("steps", 20, "a whole number", |v| v.parse().ok().filter(|n: &i32| n.abs() <= 100_000))?,
+                steps: keys.get("steps", 20, "a whole number", |v| {
+                    v.parse().ok().filter(|n: &i32| n.abs() <= 100_000)
+                })?,
             },
-            "stuck" => FaultKind::Stuck { axes: axes()?, hidden: keys.flag("hidden")? },
+            "stuck" => FaultKind::Stuck {
+                axes: axes()?,
+                hidden: keys.flag("hidden")?,
+            },
             "slow" => FaultKind::Slow {
                 axes: axes()?,
                 factor: keys.get("factor", 0.5, "a number above 0.01 and at most 1", |v| {
@@ -152,12 +156,20 @@ impl std::str::FromStr for FaultSpec {
                 let letter = v.chars().next().map(|c| c.to_ascii_uppercase());
                 letter.filter(|c| v.len() == 1 && "PTD".contains(*c))
             })?),
-            "text" => FaultKind::Text(keys.get("text", "noise".to_owned(), "text", |v| Some(v.to_owned()))?),
+            "text" => FaultKind::Text(
+                keys.get("text", "noise".to_owned(), "text", |v| Some(v.to_owned()))?,
+            ),
             "echo" => FaultKind::Echo,
             "verbose" => FaultKind::Verbose,
-            "silence" => FaultKind::Silence { deaf: keys.flag("deaf")? },
-            "lost-byte" => FaultKind::LostByte { skip: keys.whole("skip", 0)? },
-            "garbage-byte" => FaultKind::GarbageByte { skip: keys.whole("skip", 0)? },
+            "silence" => FaultKind::Silence {
+                deaf: keys.flag("deaf")?,
+            },
+            "lost-byte" => FaultKind::LostByte {
+                skip: keys.whole("skip", 0)?,
+            },
+            "garbage-byte" => FaultKind::GarbageByte {
+                skip: keys.whole("skip", 0)?,
+            },
             "reset-fails" => FaultKind::ResetFails,
             "power-cycle" => FaultKind::PowerCycle,
             _ => FaultKind::WrongBaud,
@@ -167,7 +179,10 @@ impl std::str::FromStr for FaultSpec {
             at: keys.time("at")?,
             lasting: keys.time("for")?,
             count: keys.whole("count", 1)?,
-            every: keys.time("every")?.unwrap_or(Duration::from_secs(1)).max(Duration::from_millis(1)),
+            every: keys
+                .time("every")?
+                .unwrap_or(Duration::from_secs(1))
+                .max(Duration::from_millis(1)),
         })
     }
 }
@@ -182,21 +197,39 @@ impl<'a> Keys<'a> {
     fn read(kind: &'a str, text: &'a str, own: &[&str]) -> Result<Self, FaultError> {
         let mut pairs = Vec::new();
         for piece in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            let (key, value) = piece
-                .split_once('=')
-                .ok_or_else(|| FaultError::NotAPair { kind: kind.to_owned(), got: piece.to_owned() })?;
+            let (key, value) = piece.split_once('=').ok_or_else(|| FaultError::NotAPair {
+                kind: kind.to_owned(),
+                got: piece.to_owned(),
+            })?;
             let (key, value) = (key.trim(), value.trim());
             if !matches!(key, "at" | "for") && !own.contains(&key) {
-                let valid = ["at", "for"].iter().chain(own).copied().collect::<Vec<_>>().join(", ");
-                return Err(FaultError::UnknownKey { kind: kind.to_owned(), key: key.to_owned(), valid });
+                let valid = ["at", "for"]
+                    .iter()
+                    .chain(own)
+                    .copied()
+                    .collect::<Vec<_>>()
+                    .join(", ");
+                return Err(FaultError::UnknownKey {
+                    kind: kind.to_owned(),
+                    key: key.to_owned(),
+                    valid,
+                });
             }
             pairs.push((key, value));
         }
         Ok(Self { kind, pairs })
     }
 
-    fn get<T>(&self, key: &str, default: T, expected: &'static str, read: impl Fn(&str) -> Option<T>) -> Result<T, FaultError> {
-        let Some((_, value)) = self.pairs.iter().rev().find(|(k, _)| *k == key) else { return Ok(default) };
+    fn get<T>(
+        &self,
+        key: &str,
+        default: T,
+        expected: &'static str,
+        read: impl Fn(&str) -> Option<T>,
+    ) -> Result<T, FaultError> {
+        let Some((_, value)) = self.pairs.iter().rev().find(|(k, _)| *k == key) else {
+            return Ok(default);
+        };
         read(value).ok_or_else(|| FaultError::BadValue {
             kind: self.kind.to_owned(),
             key: key.to_owned(),
@@ -206,12 +239,17 @@ impl<'a> Keys<'a> {
     }
 
     fn axes(&self) -> Result<Vec<AxisName>, FaultError> {
-        self.get("axis", AxisName::BOTH.to_vec(), "pan, tilt or both", |v| match v {
-            "pan" => Some(vec![AxisName::Pan]),
-            "tilt" => Some(vec![AxisName::Tilt]),
-            "both" => Some(AxisName::BOTH.to_vec()),
-            _ => None,
-        })
+        self.get(
+            "axis",
+            AxisName::BOTH.to_vec(),
+            "pan, tilt or both",
+            |v| match v {
+                "pan" => Some(vec![AxisName::Pan]),
+                "tilt" => Some(vec![AxisName::Tilt]),
+                "both" => Some(AxisName::BOTH.to_vec()),
+                _ => None,
+            },
+        )
     }
 
     fn flag(&self, key: &str) -> Result<bool, FaultError> {
@@ -240,12 +278,26 @@ mod tests {
 
     #[test]
     fn reads_what_it_documents() {
-        let fault: FaultSpec = "lost-steps:axis=tilt,steps=-7,at=2.5,count=3,every=200ms".parse().expect("valid");
-        assert_eq!(fault.kind, FaultKind::LostSteps { axes: vec![AxisName::Tilt], steps: -7 });
-        assert_eq!((fault.at, fault.count), (Some(Duration::from_millis(2500)), 3));
+        let fault: FaultSpec = "lost-steps:axis=tilt,steps=-7,at=2.5,count=3,every=200ms"
+            .parse()
+            .expect("valid");
+        assert_eq!(
+            fault.kind,
+            FaultKind::LostSteps {
+                axes: vec![AxisName::Tilt],
+                steps: -7
+            }
+        );
+        assert_eq!(
+            (fault.at, fault.count),
+            (Some(Duration::from_millis(2500)), 3)
+        );
         assert_eq!(fault.every, Duration::from_millis(200));
         for kind in KINDS.split(", ") {
-            assert!(format!("{kind}:at=1,for=2s").parse::<FaultSpec>().is_ok(), "{kind}");
+            assert!(
+                format!("{kind}:at=1,for=2s").parse::<FaultSpec>().is_ok(),
+                "{kind}"
+            );
         }
         assert_eq!("lost_steps".parse::<FaultSpec>(), "lost-steps".parse());
     }
@@ -254,7 +306,10 @@ mod tests {
     fn errors_list_what_is_valid() {
         let error = |t: &str| t.parse::<FaultSpec>().expect_err("invalid").to_string();
         assert!(error("melt").contains("lost-steps, stuck") && error("melt").contains("`melt`"));
-        assert_eq!(error("stuck:steps=2"), "fault `stuck` has no key `steps`; valid keys: at, for, axis, hidden");
+        assert_eq!(
+            error("stuck:steps=2"),
+            "fault `stuck` has no key `steps`; valid keys: at, for, axis, hidden"
+        );
         assert!(error("slow:factor=7").contains("at most 1"));
         assert!(error("silence:for=-1").contains("a time such as"));
         assert!(error("slow:factor=nan").contains("is not a number"));

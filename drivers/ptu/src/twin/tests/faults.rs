@@ -47,7 +47,10 @@ fn noise_on_the_line() {
     assert_eq!(host.ask("PN "), "* 3090\r\n");
     host.inject("garbage-byte");
     let reply = host.ask("PN ");
-    assert!(!reply.starts_with('*') && reply.ends_with(" -3090\r\n"), "{reply:?}");
+    assert!(
+        !reply.starts_with('*') && reply.ends_with(" -3090\r\n"),
+        "{reply:?}"
+    );
     assert_eq!(host.ask("PN "), "* -3090\r\n");
     host.inject("silence:for=1");
     assert_eq!(host.ask("PP10 "), "");
@@ -75,19 +78,29 @@ fn settings_return_and_power_goes() {
     assert_eq!(host.ask("PP "), "");
     host.wait(1.0);
     assert!(host.wait(60.0).ends_with("Initializing...!T!T!P!P*\r\n"));
-    assert_eq!(host.ask("PP "), "PP * Current Pan position is 0\r\n", "nothing had been saved");
+    assert_eq!(
+        host.ask("PP "),
+        "PP * Current Pan position is 0\r\n",
+        "nothing had been saved"
+    );
 }
 
 #[test]
 fn calibration_fails_and_recovers() {
-    let mut host = Host::new(TwinOptions { e_series: true, ..options() });
+    let mut host = Host::new(TwinOptions {
+        e_series: true,
+        ..options()
+    });
     host.inject("reset-fails");
     host.send("R ");
     assert_eq!(host.wait(60.0), "! Reset failed\r\n");
     assert_eq!(host.ask("PP10 "), "! Axis Error\r\n");
     host.send("R ");
     assert_eq!(host.wait(60.0), "!T!T!P!P*\r\n");
-    for fault in ["stuck:axis=pan,for=100", "stuck:axis=pan,hidden=true,for=100"] {
+    for fault in [
+        "stuck:axis=pan,for=100",
+        "stuck:axis=pan,hidden=true,for=100",
+    ] {
         host.inject(fault);
         host.send("R ");
         assert_eq!(host.wait(101.0), "!T!T! Reset failed\r\n", "{fault}");

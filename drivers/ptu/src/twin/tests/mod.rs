@@ -12,7 +12,11 @@ use super::{Instant, Twin, TwinOptions};
 
 /// A unit without pacing, spread and latency spread, terse, no echo unless the options say so.
 fn options() -> TwinOptions {
-    let mut options = TwinOptions { byte_pacing: false, limit_spread_steps: 0, ..TwinOptions::default() };
+    let mut options = TwinOptions {
+        byte_pacing: false,
+        limit_spread_steps: 0,
+        ..TwinOptions::default()
+    };
     options.start.echo = false;
     options.start.verbose = false;
     options
@@ -30,7 +34,10 @@ struct Host {
 
 impl Host {
     fn new(options: TwinOptions) -> Self {
-        Self { twin: Twin::new(options, Instant::ZERO), now: Instant::ZERO }
+        Self {
+            twin: Twin::new(options, Instant::ZERO),
+            now: Instant::ZERO,
+        }
     }
 
     fn drain(&mut self) -> String {
@@ -68,7 +75,11 @@ impl Host {
 
     fn number(&mut self, query: &str) -> i32 {
         let reply = self.ask(query);
-        reply.trim().trim_start_matches("* ").parse().unwrap_or_else(|_| panic!("{query}: {reply:?}"))
+        reply
+            .trim()
+            .trim_start_matches("* ")
+            .parse()
+            .unwrap_or_else(|_| panic!("{query}: {reply:?}"))
     }
 
     fn inject(&mut self, fault: &str) {

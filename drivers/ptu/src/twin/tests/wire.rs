@@ -18,13 +18,20 @@ fn echo_as_recorded() {
     assert_eq!(host.ask("   "), "   ", "empty commands have no reply");
     assert_eq!(host.ask("ED FT I CI "), "ED *\r\n*\r\n*\r\n*\r\n");
     assert_eq!(host.ask("  \r\n "), "");
-    let mut host = Host::new(TwinOptions { line_end: LineEnd::Cr, ..o });
+    let mut host = Host::new(TwinOptions {
+        line_end: LineEnd::Cr,
+        ..o
+    });
     assert_eq!(host.ask("PP\r\n"), "PP\r* 0\r");
 }
 
 #[test]
 fn bytes_take_their_time() {
-    let mut host = Host::new(TwinOptions { byte_pacing: true, latency: [seconds(0.002); 2], ..options() });
+    let mut host = Host::new(TwinOptions {
+        byte_pacing: true,
+        latency: [seconds(0.002); 2],
+        ..options()
+    });
     host.send("PP ");
     let mut times = Vec::new();
     while let Some(at) = host.twin.next_event() {
@@ -37,12 +44,19 @@ fn bytes_take_their_time() {
     // 3 bytes in, 2 ms, 5 bytes out.
     let byte = 10.0 / 9600.0;
     assert_eq!(times.len(), 5);
-    assert!((times[0] - (4.0 * byte + 0.002)).abs() < 1e-6 && (times[4] - (8.0 * byte + 0.002)).abs() < 1e-6, "{times:?}");
+    assert!(
+        (times[0] - (4.0 * byte + 0.002)).abs() < 1e-6
+            && (times[4] - (8.0 * byte + 0.002)).abs() < 1e-6,
+        "{times:?}"
+    );
 }
 
 #[test]
 fn a_speed_that_the_host_does_not_share_is_garbage() {
-    let mut host = Host::new(TwinOptions { byte_pacing: true, ..options() });
+    let mut host = Host::new(TwinOptions {
+        byte_pacing: true,
+        ..options()
+    });
     host.twin.set_host_baud(Some(9600));
     assert_eq!(host.ask("@(19200,0,F) "), "*\r\n");
     assert_eq!(host.twin.baud(), 19200);
@@ -55,13 +69,25 @@ fn a_speed_that_the_host_does_not_share_is_garbage() {
     assert_eq!(host.twin.baud(), 9600, "not kept with F");
 }
 
-fn conversation(seed: u64, bytes: &[u8], piece: usize) -> (Vec<(Instant, Vec<u8>)>, (f64, f64)) {
-    let mut twin = Twin::new(TwinOptions { seed, byte_pacing: true, ..TwinOptions::default() }, Instant::ZERO);
+/// What was printed and when, and where the head stood at the end.
+type Conversation = (Vec<(Instant, Vec<u8>)>, (f64, f64));
+
+fn conversation(seed: u64, bytes: &[u8], piece: usize) -> Conversation {
+    let mut twin = Twin::new(
+        TwinOptions {
+            seed,
+            byte_pacing: true,
+            ..TwinOptions::default()
+        },
+        Instant::ZERO,
+    );
     for chunk in bytes.chunks(piece) {
         twin.handle_bytes(chunk, Instant::ZERO);
     }
     twin.advance(seconds(100.0));
-    let outputs = std::iter::from_fn(|| twin.poll_output()).map(|o| (o.at, o.bytes)).collect();
+    let outputs = std::iter::from_fn(|| twin.poll_output())
+        .map(|o| (o.at, o.bytes))
+        .collect();
     (outputs, twin.true_position_at(seconds(99.0)))
 }
 
@@ -83,12 +109,21 @@ fn overlong_commands_are_illegal_once() {
 
 #[test]
 fn floods_stay_bounded() {
-    let mut twin = Twin::new(TwinOptions { latency: [seconds(0.0); 2], ..options() }, Instant::ZERO);
+    let mut twin = Twin::new(
+        TwinOptions {
+            latency: [seconds(0.0); 2],
+            ..options()
+        },
+        Instant::ZERO,
+    );
     for i in 0..2000_u64 {
         let now = Instant::from_millis(i);
         twin.handle_bytes(b"TP1 V TP0 PP-9 PS97 PS1000 V ED EE H PP9 ? V ", now);
         let (rx, tx, past) = twin.load();
-        assert!(rx <= INPUT_BYTES && tx <= OUTPUT_BYTES && past <= 2 * 8192, "{rx} {tx} {past}");
+        assert!(
+            rx <= INPUT_BYTES && tx <= OUTPUT_BYTES && past <= 2 * 8192,
+            "{rx} {tx} {past}"
+        );
     }
     twin.handle_bytes(&[b'A'; 1_000_000], Instant::from_secs(3));
     assert!(twin.load().0 <= INPUT_BYTES);
@@ -96,8 +131,46 @@ fn floods_stay_bounded() {
 
 fn fragment() -> impl Strategy<Value = Vec<u8>> {
     let word = prop::sample::select(vec![
-        "PP", "TP", "PO", "PS", "PD", "PA", "PB", "PU", "PL", "PR", "R", "RE", "RD", "A", "S", "I", "H", "M", "ME", "CV", "CI",
-        "LD", "LE", "DS", "DR", "DF", "WPE", "WPF", "XS", "XG", "U", "_", "EE", "FV", "@(600,9,T)", "V", "O", "B", "LU", "PNU",
+        "PP",
+        "TP",
+        "PO",
+        "PS",
+        "PD",
+        "PA",
+        "PB",
+        "PU",
+        "PL",
+        "PR",
+        "R",
+        "RE",
+        "RD",
+        "A",
+        "S",
+        "I",
+        "H",
+        "M",
+        "ME",
+        "CV",
+        "CI",
+        "LD",
+        "LE",
+        "DS",
+        "DR",
+        "DF",
+        "WPE",
+        "WPF",
+        "XS",
+        "XG",
+        "U",
+        "_",
+        "EE",
+        "FV",
+        "@(600,9,T)",
+        "V",
+        "O",
+        "B",
+        "LU",
+        "PNU",
     ]);
     prop_oneof![
         4 => (word, prop::option::of(-40_000..40_000_i32)).prop_map(|(w, n)| {
