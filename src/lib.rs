@@ -10,3 +10,4 @@ pub mod geometry;
 pub mod mixture;
 pub mod novelty;
 pub mod shape;
+pub mod world;
