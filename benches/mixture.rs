@@ -35,7 +35,7 @@ fn room(n: usize) -> Vec<Point3<f64>> {
     let size = [6.0, 5.0, 2.5];
     let mut point = |i: usize| {
         let mut unit = [0.0; 3].map(|_: f64| rng.random::<f64>());
-        unit[i % 3] = if i % 2 == 0 { 0.0 } else { 1.0 };
+        unit[i % 3] = if i.is_multiple_of(2) { 0.0 } else { 1.0 };
         let mut p = Point3::new(unit[0] * size[0], unit[1] * size[1], unit[2] * size[2]);
         p[i % 3] += (rng.random::<f64>() - 0.5) * 0.02;
         p
