@@ -1,6 +1,7 @@
 //! Takes two mixtures, gives the Earth Mover's Distance between them with its plan and duals (paper
 //! section III.B, Eq. 5-6).
 
+mod bures;
 mod emd;
 mod error;
 mod ground;
