@@ -10,6 +10,7 @@ mod matching;
 mod model;
 mod moments;
 mod primitive;
+pub mod ransac;
 #[cfg(test)]
 mod recorded;
 mod retrieve;

@@ -73,7 +73,10 @@ fn show(name: &str, points: usize, found: &Retrieval) {
         b.size_sd_m,
         b.centre.coords.as_slice(),
         b.residual_m,
-        found.ransac.as_ref().map(|r| (r.class, r.size_m, r.inliers)),
+        found
+            .ransac
+            .as_ref()
+            .map(|r| (r.class, r.size_m, r.inliers)),
         found
             .parts
             .iter()
@@ -86,13 +89,20 @@ fn show(name: &str, points: usize, found: &Retrieval) {
 fn real_balls_are_spheres_and_real_walls_planes() {
     let Some(folder) = objects() else { return };
     for (name, kind, points, sensor) in manifest(&folder) {
-        let found = retrieve(&points, &Mixture::default(), &sensor, &ShapeSettings::default(), 1)
-            .expect("a shape");
+        let found = retrieve(
+            &points,
+            &Mixture::default(),
+            &sensor,
+            &ShapeSettings::default(),
+            1,
+        )
+        .expect("a shape");
         show(&name, points.len(), &found);
         match kind.as_str() {
             "sphere" => {
                 assert_eq!(found.best.class, Class::Sphere, "{name}");
-                eprintln!("{:?}",found.covariance);assert!((found.best.size_m[0] - 0.6).abs() < 0.06, "{name}");
+                eprintln!("{:?}", found.covariance);
+                assert!((found.best.size_m[0] - 0.6).abs() < 0.06, "{name}");
             }
             "plane" => assert_eq!(found.best.class, Class::Plane, "{name}"),
             _ => {}
