@@ -6,6 +6,8 @@
 
 mod constants;
 mod covariance;
+mod euclidean;
+mod lengths;
 mod matching;
 mod model;
 mod moments;

@@ -7,7 +7,7 @@ use nalgebra::{Unit, Vector3};
 /// Which method answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Choice {
-    /// Covariance matching with the points as judge; RANSAC where that stays ambiguous.
+    /// Covariance matching with the points as judge; RANSAC where that has no answer.
     Auto,
     /// Method B alone answers.
     Covariance,

@@ -23,6 +23,8 @@ pub struct RansacSettings {
     pub min_points: usize,
     /// Search until a better primitive was missed with at most the rest of this probability.
     pub probability: f64,
+    /// Stop after this many primitives.
+    pub most: usize,
     /// Side of the cells through which inliers must hang together, metres; `None` takes twice the
     /// distance to the sixth neighbour.
     pub cell_m: Option<f64>,
@@ -208,6 +210,11 @@ impl Search<'_> {
                     candidates.push(best);
                     break;
                 }
+                // Cheaply first: most junk does not hang together even roughly.
+                let rough = self.patch(&best.primitive, alive, 3.0 * self.settings.epsilon_m);
+                if rough.len() < self.settings.min_points {
+                    continue;
+                }
                 let (primitive, inliers) = self.simplest(&best.primitive, alive);
                 if inliers.len() >= self.settings.min_points {
                     return Some((primitive, inliers));
@@ -352,7 +359,7 @@ pub fn detect(
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     alive.shuffle(&mut rng);
     let mut found = Vec::new();
-    while alive.len() >= settings.min_points.max(3) {
+    while found.len() < settings.most && alive.len() >= settings.min_points.max(3) {
         let Some((primitive, inliers)) = search.next(&alive, &mut rng) else {
             break;
         };

@@ -3,7 +3,7 @@
 use super::candidate::flat;
 use crate::mixture::Gaussian;
 use crate::shape::primitive::{Cylinder, Plane, Primitive, Sphere, perpendicular};
-use nalgebra::{DMatrix, DVector, Point3, Rotation3, Unit, Vector2, Vector3};
+use nalgebra::{Point3, Rotation3, SMatrix, SVector, Unit, Vector2, Vector3, Vector4, Vector5};
 
 /// Gauss-Newton steps at most; starts are close, so it settles in a few.
 const STEPS: usize = 12;
@@ -37,9 +37,9 @@ fn sphere(start: &Sphere, points: &[Point3<f64>]) -> Sphere {
     for _ in 0..STEPS {
         let rows = points.iter().filter_map(|p| {
             let n = s.normal_at(p)?;
-            Some((vec![-n.x, -n.y, -n.z, -1.0], s.distance_m(p)))
+            Some((Vector4::new(-n.x, -n.y, -n.z, -1.0), s.distance_m(p)))
         });
-        let Some(step) = newton_step(rows, 4) else {
+        let Some(step) = newton_step(rows) else {
             break;
         };
         s.centre += Vector3::new(step[0], step[1], step[2]);
@@ -62,11 +62,11 @@ fn cylinder(start: &Cylinder, points: &[Point3<f64>]) -> Cylinder {
             let height = (p - c.centre).dot(&c.axis);
             let (n1, n2) = (n.dot(&e1), n.dot(&e2));
             Some((
-                vec![-n1, -n2, -n1 * height, -n2 * height, -1.0],
+                Vector5::new(-n1, -n2, -n1 * height, -n2 * height, -1.0),
                 c.distance_m(p),
             ))
         });
-        let Some(step) = newton_step(rows, 5) else {
+        let Some(step) = newton_step(rows) else {
             break;
         };
         c.centre += e1.as_ref() * step[0] + e2 * step[1];
@@ -80,19 +80,17 @@ fn cylinder(start: &Cylinder, points: &[Point3<f64>]) -> Cylinder {
 }
 
 /// The least-squares step for rows (derivatives, residual).
-fn newton_step(rows: impl Iterator<Item = (Vec<f64>, f64)>, n: usize) -> Option<DVector<f64>> {
-    let mut normal: DMatrix<f64> = DMatrix::zeros(n, n);
-    let mut right: DVector<f64> = DVector::zeros(n);
+fn newton_step<const N: usize>(
+    rows: impl Iterator<Item = (SVector<f64, N>, f64)>,
+) -> Option<SVector<f64, N>> {
+    let mut normal = SMatrix::<f64, N, N>::zeros();
+    let mut right = SVector::<f64, N>::zeros();
     for (row, residual) in rows {
-        for (a, &va) in row.iter().enumerate() {
-            right[a] -= va * residual;
-            for (b, &vb) in row.iter().enumerate() {
-                normal[(a, b)] += va * vb;
-            }
-        }
+        normal += row * row.transpose();
+        right -= row * residual;
     }
     let step = normal.cholesky()?.solve(&right);
-    step.iter().all(|v: &f64| v.is_finite()).then_some(step)
+    step.iter().all(|v| v.is_finite()).then_some(step)
 }
 
 /// The same surface with the extent of `points` on it.
