@@ -92,6 +92,21 @@ pub(super) const UNLIKELY_PENALTY: f64 = 10.0;
 /// Fits of one class whose moments cost this much more than its best (as -2 ln odds) are given up
 /// before the points are asked.
 pub(super) const PROMISING_COST: f64 = 40.0;
+/// Noise stretches an extent by about this many standard deviations (one at each end).
+pub(super) const EXTENT_NOISE: f64 = 2.0;
+/// Points through which a primitive hangs together lie no farther apart than this, metres: what
+/// makes one novelty (design section 5; 16 rings of a coarse scanner at 4 m).
+pub(super) const CONNECTED_M: f64 = 0.16;
+/// Greatest angle between a point's normal and a primitive's: estimated normals are that coarse.
+pub(super) const CONSENSUS_ANGLE_RAD: f64 = 0.6;
+/// Greatest distance of ellipsoid samples from a primitive, share of their spread.
+pub(super) const CONSENSUS_EPSILON_SHARE: f64 = 0.1;
+/// Least share of the points that makes a part.
+pub(super) const LEAST_PART_SHARE: f64 = 0.08;
+/// Points that method A looks at; it answers with one primitive, which more do not better.
+pub(super) const MOST_CONSENSUS_POINTS: usize = 2000;
+/// Neighbours that give a normal.
+pub(super) const NORMAL_NEIGHBOURS: usize = 12;
 /// Prior precision of every fitted parameter (units: spreads, radians, logarithms): keeps what
 /// the data leave open finite, at ten units.
 pub(super) const PRIOR_PRECISION: f64 = 1e-2;

@@ -6,10 +6,13 @@
 
 mod constants;
 mod covariance;
+mod euclidean;
+mod lengths;
 mod matching;
 mod model;
 mod moments;
 mod primitive;
+pub mod ransac;
 #[cfg(test)]
 mod recorded;
 mod retrieve;
