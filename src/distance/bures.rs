@@ -1,15 +1,9 @@
 //! Wasserstein-2 between Gaussians: a fast way for most pairs, an exact way for the rest.
 
+use super::constants::{FAST_ERROR, FAST_SHARE};
 use crate::mixture::Gaussian;
 use crate::mixture::symmetric::{Eigen, OneSided};
 use nalgebra::{Matrix3, Point3};
-
-/// Error of the fast way that is let pass, relative to the trace of the covariances.
-const FAST_ERROR: f64 = 1e-13;
-
-/// Share of the covariances' trace that the squared distance must have for the fast way: below it the
-/// difference of traces cancels.
-const FAST_SHARE: f64 = 1e-2;
 
 /// Newton steps of the fast way; it converges quadratically from above and needs some five.
 const NEWTON_STEPS: usize = 30;

@@ -1,14 +1,11 @@
 //! How far one Gaussian is from another.
 
 use super::bures::Bures;
+use super::constants::FM_FLOOR_M2;
 use crate::mixture::symmetric::{Eigen, OneSided};
 use crate::mixture::{Gaussian, Mixture};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
-
-/// Eigenvalues below this are raised to it before `fm` compares them, square metres: (1 mm)^2, the
-/// regularisation of EM. Without a floor a flat component would be infinitely far from every other.
-pub const FM_FLOOR_M2: f64 = 1e-6;
 
 /// The ground distance d_ij of Eq. 5.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -149,7 +146,8 @@ fn table<L: Sync, R: Sync>(
 
 #[cfg(test)]
 mod tests {
-    use super::{FM_FLOOR_M2, Ground, cost_matrix, euclid, fm, w2};
+    use super::{Ground, cost_matrix, euclid, fm, w2};
+    use crate::distance::constants::FM_FLOOR_M2;
     use crate::mixture::{Gaussian, Mixture};
     use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
     use proptest::prelude::*;
