@@ -207,6 +207,48 @@ impl Columns {
         })
     }
 
+    /// Offset and type of x y z and the normal within one vertex without lists.
+    fn offsets(&self, vertex: &Element) -> Option<Vec<(usize, Scalar)>> {
+        let mut places = Vec::with_capacity(vertex.properties.len());
+        let mut at = 0;
+        for (_, property) in &vertex.properties {
+            let Property::Scalar(scalar) = property else {
+                return None;
+            };
+            places.push((at, *scalar));
+            at += scalar.size();
+        }
+        let wanted = self
+            .xyz
+            .into_iter()
+            .chain(self.normal.into_iter().flatten());
+        wanted.map(|i| places.get(i).copied()).collect()
+    }
+
+    /// The points of `body`, a whole number of vertices of `stride` bytes.
+    fn gather(
+        &self,
+        body: &[u8],
+        stride: usize,
+        offsets: &[(usize, Scalar)],
+        endian: Endian,
+    ) -> CloudFile {
+        let mut cloud = self.cloud(body.len() / stride);
+        for vertex in body.chunks_exact(stride) {
+            let value = |i: usize| {
+                let place = offsets.get(i);
+                place
+                    .and_then(|(at, scalar)| scalar.read(vertex, *at, endian))
+                    .unwrap_or(f64::NAN)
+            };
+            cloud.points.push(Point3::new(value(0), value(1), value(2)));
+            if let Some(normals) = &mut cloud.normals {
+                normals.push(Vector3::new(value(3), value(4), value(5)));
+            }
+        }
+        cloud
+    }
+
     fn cloud(&self, capacity: usize) -> CloudFile {
         CloudFile {
             points: Vec::with_capacity(capacity),
@@ -376,6 +418,11 @@ fn read_binary(
     columns: &Columns,
     endian: Endian,
 ) -> Result<CloudFile, FormatError> {
+    if let (Some(stride), Some(offsets)) = (stride(vertex), columns.offsets(vertex)) {
+        let end = skip_binary(bytes, at, vertex, endian)?;
+        let body = bytes.get(at..end).unwrap_or_default();
+        return Ok(columns.gather(body, stride, &offsets, endian));
+    }
     // Every vertex takes at least its x y z, so a count that the file cannot hold asks for no memory.
     let room = bytes.len().saturating_sub(at) / 3;
     let mut cloud = columns.cloud(usize::try_from(vertex.count).unwrap_or(room).min(room));
@@ -427,15 +474,15 @@ mod tests {
             kinds in proptest::array::uniform7(0usize..8),
             points in proptest::collection::vec(proptest::array::uniform6(0i8..=127), 0..20),
             list in 0u8..5,
+            lists in any::<bool>(),
         ) {
             let name = ["ascii", "binary_little_endian", "binary_big_endian"][encoding];
             let k = kinds.map(|i| TYPES[i]);
             let mut bytes = format!(
                 "ply\r\nformat {name} 1.0\ncomment made for a test\nelement camera 2\nproperty {} f\n\
-                 element face 1\nproperty list uchar short at\nelement vertex {}\nproperty {} y\nproperty list \
-                 uchar int l\nproperty {} x\nproperty {} nx\nproperty {} ny\nproperty {} nz\nproperty {} z\n\
+                 element face 1\nproperty list uchar short at\nelement vertex {}\nproperty {} y\n{}property {} x\nproperty {} nx\nproperty {} ny\nproperty {} nz\nproperty {} z\n\
                  element tail 1000000000000\nproperty int i\nend_header\n",
-                k[0], points.len(), k[1], k[2], k[3], k[4], k[5], k[6]
+                k[0], points.len(), k[1], if lists { "property list uchar int l\n" } else { "" }, k[2], k[3], k[4], k[5], k[6]
             ).into_bytes();
             let end = |out: &mut Vec<u8>| if encoding == 0 { out.push(b'\n') };
             for value in [1, 2] {
@@ -448,8 +495,10 @@ mod tests {
             end(&mut bytes);
             for p in &points {
                 put(&mut bytes, k[1], p[1], encoding);
-                put(&mut bytes, "uchar", i8::try_from(list).expect("small"), encoding);
-                for i in 0..list {
+                if lists {
+                    put(&mut bytes, "uchar", i8::try_from(list).expect("small"), encoding);
+                }
+                for i in 0..if lists { list } else { 0 } {
                     put(&mut bytes, "int", i8::try_from(i).expect("small"), encoding);
                 }
                 for (kind, value) in [(k[2], p[0]), (k[3], p[3]), (k[4], p[4]), (k[5], p[5]), (k[6], p[2])] {
