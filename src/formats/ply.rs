@@ -2,35 +2,10 @@
 //! before it are skipped, those after it never looked at.
 
 use super::cloud::{CloudFile, FormatError};
+use super::ply_header::{Element, Encoding, FORMAT, Property, line_error, read_header};
 use super::scalar::{Endian, Scalar};
-use super::text::{Lines, count, number, quoted, words};
+use super::text::{Lines, number, quoted, words};
 use nalgebra::{Point3, Vector3};
-
-const FORMAT: &str = "PLY";
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Encoding {
-    Ascii,
-    Binary(Endian),
-}
-
-/// A property: one number, or a counted list of them.
-enum Property {
-    Scalar(Scalar),
-    List { count: Scalar, item: Scalar },
-}
-
-struct Element {
-    name: String,
-    count: u64,
-    /// Name and type, in file order.
-    properties: Vec<(String, Property)>,
-}
-
-struct Header {
-    encoding: Encoding,
-    elements: Vec<Element>,
-}
 
 /// Whether the first line is `ply`.
 pub fn looks_like_ply(bytes: &[u8]) -> bool {
@@ -76,102 +51,6 @@ pub fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
             }
             read_binary(bytes, at, vertex, &columns, endian)
         }
-    }
-}
-
-fn line_error(lines: &Lines<'_>, expected: &str, got: impl Into<String>) -> FormatError {
-    FormatError::Line {
-        format: FORMAT,
-        line: lines.line.max(1),
-        expected: expected.to_owned(),
-        got: got.into(),
-    }
-}
-
-fn scalar(name: Option<&[u8]>) -> Option<Scalar> {
-    Some(match name? {
-        b"char" | b"int8" => Scalar::I8,
-        b"uchar" | b"uint8" => Scalar::U8,
-        b"short" | b"int16" => Scalar::I16,
-        b"ushort" | b"uint16" => Scalar::U16,
-        b"int" | b"int32" => Scalar::I32,
-        b"uint" | b"uint32" => Scalar::U32,
-        b"int64" => Scalar::I64,
-        b"uint64" => Scalar::U64,
-        b"float" | b"float32" => Scalar::F32,
-        b"double" | b"float64" => Scalar::F64,
-        _ => return None,
-    })
-}
-
-fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
-    let first = lines.next_line().unwrap_or_default();
-    if first != b"ply" {
-        return Err(line_error(lines, "`ply`", quoted(first)));
-    }
-    let mut encoding = None;
-    let mut elements: Vec<Element> = Vec::new();
-    loop {
-        let Some(line) = lines.next_line() else {
-            return Err(line_error(lines, "`end_header`", "the end of the file"));
-        };
-        let mut words = words(line);
-        let bad =
-            |lines: &Lines<'_>, expected: &str| Err(line_error(lines, expected, quoted(line)));
-        match words.next() {
-            None | Some(b"comment" | b"obj_info") => {}
-            Some(b"format") => {
-                encoding = Some(match words.next() {
-                    Some(b"ascii") => Encoding::Ascii,
-                    Some(b"binary_little_endian") => Encoding::Binary(Endian::Little),
-                    Some(b"binary_big_endian") => Encoding::Binary(Endian::Big),
-                    _ => {
-                        return bad(
-                            lines,
-                            "`format ascii|binary_little_endian|binary_big_endian 1.0`",
-                        );
-                    }
-                });
-            }
-            Some(b"element") => {
-                let (Some(name), Some(count)) = (words.next(), count(words.next())) else {
-                    return bad(lines, "`element NAME COUNT`");
-                };
-                elements.push(Element {
-                    name: String::from_utf8_lossy(name).into_owned(),
-                    count,
-                    properties: Vec::new(),
-                });
-            }
-            Some(b"property") => {
-                let Some(element) = elements.last_mut() else {
-                    return bad(lines, "an `element` before its properties");
-                };
-                let kind = words.next();
-                let property = if kind == Some(b"list") {
-                    match (scalar(words.next()), scalar(words.next())) {
-                        (Some(count), Some(item)) => Some(Property::List { count, item }),
-                        _ => None,
-                    }
-                } else {
-                    scalar(kind).map(Property::Scalar)
-                };
-                let (Some(property), Some(name)) = (property, words.next()) else {
-                    return bad(
-                        lines,
-                        "`property TYPE NAME` or `property list TYPE TYPE NAME`",
-                    );
-                };
-                let name = String::from_utf8_lossy(name).into_owned();
-                element.properties.push((name, property));
-            }
-            Some(b"end_header") => break,
-            Some(_) => return bad(lines, "a PLY header line"),
-        }
-    }
-    match encoding {
-        Some(encoding) => Ok(Header { encoding, elements }),
-        None => Err(line_error(lines, "a `format` line in the header", "none")),
     }
 }
 
