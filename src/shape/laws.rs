@@ -54,7 +54,7 @@ fn dense_looks_without_noise_are_recovered() {
                 "{truth:?} {best:?}"
             );
             if class < 2 {
-                assert!(best.residual_m < 0.005, "{best:?}");
+                assert!(best.residual_m < 0.01, "{best:?}");
             }
             let third = best
                 .rotation
@@ -66,7 +66,7 @@ fn dense_looks_without_noise_are_recovered() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(96))]
 
     #[test]
     fn the_answer_moves_with_the_scene(
@@ -86,7 +86,7 @@ proptest! {
         let moved: Vec<_> = seen.iter().map(|p| pose * p).collect();
         let there = told(&moved, &(pose * Point3::origin()), &settings).best;
         prop_assert_eq!(here.class, there.class);
-        prop_assert!((pose * here.centre - there.centre).norm() < 2e-3);
+        prop_assert!((pose * here.centre - there.centre).norm() < 2e-3, "{here:?} {there:?}");
         for k in 0..3 {
             prop_assert!((here.size_m[k] - there.size_m[k]).abs() < 2e-3 + 0.01 * here.size_m[k]);
         }
