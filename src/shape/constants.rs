@@ -109,9 +109,9 @@ pub(super) const MOST_CONSENSUS_POINTS: usize = 2000;
 pub(super) const NORMAL_NEIGHBOURS: usize = 12;
 /// Fits of one class and cost whose centres lie closer are the same, metres.
 pub(super) const SAME_ANSWER_M: f64 = 2e-3;
-/// Sine of the elevation over a cylinder's cap from which it is in full sight; 3 deg, below which
+/// Sine of the elevation over a cylinder's cap from which it is in full sight; 10 deg, below which
 /// lasers hardly see a surface.
-pub(super) const CAP_IN_SIGHT_SIN: f64 = 0.05;
+pub(super) const CAP_IN_SIGHT_SIN: f64 = 0.17;
 /// Prior precision of every fitted parameter (units: spreads, radians, logarithms): keeps what
 /// the data leave open finite, at ten units.
 pub(super) const PRIOR_PRECISION: f64 = 1e-2;
