@@ -74,11 +74,7 @@ impl Rays {
             .copied()
             .collect();
         let coarse = Grid::new(&coarse_directions, 3.0 * coarse_cell);
-        let mut sorted: Vec<f64> = ranges_m
-            .iter()
-            .copied()
-            .filter(|r| r.is_finite())
-            .collect();
+        let mut sorted: Vec<f64> = ranges_m.iter().copied().filter(|r| r.is_finite()).collect();
         sorted.sort_unstable_by(f64::total_cmp);
         let far = sorted
             .get((sorted.len() * 99 / 100).min(sorted.len().saturating_sub(1)))

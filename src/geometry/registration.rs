@@ -188,8 +188,7 @@ impl<'a> Scene<'a> {
                 seen.insert([m.x, m.y, m.z].map(|v| (v / edge).floor() as i64))
             })
             .collect();
-        let coarse_means: Vec<Point3<f64>> =
-            coarse_of.iter().map(|i| means[*i as usize]).collect();
+        let coarse_means: Vec<Point3<f64>> = coarse_of.iter().map(|i| means[*i as usize]).collect();
         Self {
             fine: Grid::new(&means, 2.0 * surfaces.cell_m),
             coarse: Grid::new(&coarse_means, 2.0 * edge),
@@ -333,16 +332,12 @@ impl NormalEquations {
         // Errors of neighbouring places go together: one in ten counts.
         let effective = (self.weight / 10.0).max(1.0);
         let noise = (self.square / self.weight.max(1e-9)).max(1e-6);
-        let (at, turn) = (
-            settings.prior_sd_m.powi(-2),
-            settings.prior_sd_rad.powi(-2),
-        );
+        let (at, turn) = (settings.prior_sd_m.powi(-2), settings.prior_sd_rad.powi(-2));
         let prior = Matrix6::from_diagonal(&Vector6::new(at, at, at, turn, turn, turn));
-        let information =
-            self.matrix * (effective / self.weight.max(1e-9) / noise) + prior;
-        information.try_inverse().unwrap_or_else(|| {
-            prior.map(|v| if v > 0.0 { 1.0 / v } else { 0.0 })
-        })
+        let information = self.matrix * (effective / self.weight.max(1e-9) / noise) + prior;
+        information
+            .try_inverse()
+            .unwrap_or_else(|| prior.map(|v| if v > 0.0 { 1.0 / v } else { 0.0 }))
     }
 
     fn unobservable(&self, settings: &RegistrationSettings) -> Vec<String> {
@@ -435,7 +430,13 @@ mod tests {
             .filter(|p| p.x > -1.9 && p.x < 2.9 && p.y != 1.5)
             .collect();
         let s = surfaces(&corridor);
-        let found = register(&s, &s, &Pose::identity(), 0.03, &RegistrationSettings::default());
+        let found = register(
+            &s,
+            &s,
+            &Pose::identity(),
+            0.03,
+            &RegistrationSettings::default(),
+        );
         assert!(found.current_from_reference.translation.vector.norm() < 2e-3);
         assert_eq!(found.unobservable.len(), 1, "{:?}", found.unobservable);
     }

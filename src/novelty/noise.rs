@@ -31,8 +31,12 @@ pub fn estimate(
             let steep = patch.normal.dot(&view).abs() / range_m.max(1e-9);
             let n = patch.neighbours as f64;
             // The plane was fitted to the same points: three of them went into it.
-            (patch.flat && steep > STEEP)
-                .then(|| (range_m, patch.height_m(p).abs() / steep * (n / (n - 3.0)).sqrt()))
+            (patch.flat && steep > STEEP).then(|| {
+                (
+                    range_m,
+                    patch.height_m(p).abs() / steep * (n / (n - 3.0)).sqrt(),
+                )
+            })
         })
         .collect();
     law(&mut samples)
@@ -105,7 +109,10 @@ fn law(samples: &mut [(f64, f64)]) -> Option<NoiseLaw> {
         .map(|bin| {
             let mut heights: Vec<f64> = bin.iter().map(|s| s.1).collect();
             heights.sort_unstable_by(f64::total_cmp);
-            (bin[bin.len() / 2].0, MAD_TO_SIGMA * heights[heights.len() / 2])
+            (
+                bin[bin.len() / 2].0,
+                MAD_TO_SIGMA * heights[heights.len() / 2],
+            )
         })
         .collect();
     let n = medians.len() as f64;

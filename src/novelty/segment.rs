@@ -146,10 +146,7 @@ pub fn measure(
     let eigen = SymmetricEigen::new(covariance);
     // A uniform spread of width w has the standard deviation w / sqrt(12).
     let width = |v: f64| (12.0 * v.max(0.0)).sqrt();
-    let (small, large) = (
-        eigen.eigenvalues.min(),
-        eigen.eigenvalues.max(),
-    );
+    let (small, large) = (eigen.eigenvalues.min(), eigen.eigenvalues.max());
     let mut support = 0.0;
     let mut through = 0.0;
     for (i, d) in points.iter().zip(&directions) {

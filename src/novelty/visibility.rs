@@ -103,13 +103,25 @@ impl Judge<'_> {
         let mut z = f64::INFINITY;
         let mut hidden = false;
         for (ray, _) in look.sectors.iter().flatten() {
-            let (gap, sigma) =
-                self.gap(*ray, &d, range_m, (shortest_m, longest_m), noise_m, registration_m);
+            let (gap, sigma) = self.gap(
+                *ray,
+                &d,
+                range_m,
+                (shortest_m, longest_m),
+                noise_m,
+                registration_m,
+            );
             z = z.min(gap / sigma);
             hidden |= gap < -5.0 * sigma;
         }
-        let (gap, sigma) =
-            self.gap(nearest, &d, range_m, (shortest_m, longest_m), noise_m, registration_m);
+        let (gap, sigma) = self.gap(
+            nearest,
+            &d,
+            range_m,
+            (shortest_m, longest_m),
+            noise_m,
+            registration_m,
+        );
         let z_nearest = gap / sigma;
         if z_nearest <= 1.0 && z <= 1.0 {
             return Evidence::none(if hidden { Sight::Hidden } else { Sight::Same });
@@ -154,7 +166,10 @@ impl Judge<'_> {
 
     /// Where a ray ends: at its return, or as far as the sensor reaches.
     fn end_m(&self, ray: usize) -> f64 {
-        self.other.rays.range_m(ray).min(self.other.rays.reach_m.max(0.0))
+        self.other
+            .rays
+            .range_m(ray)
+            .min(self.other.rays.reach_m.max(0.0))
     }
 
     /// How far behind the place the surface met by `ray` lies, across that surface, and the
@@ -205,9 +220,10 @@ impl Judge<'_> {
         let most = self.settings.most_sigmas;
         let sigma_m = noise_m.hypot(registration_m);
         let spacing_m = self.other.rays.spacing_rad * (p - self.other.rays.origin()).norm();
-        let reach_m = (most * sigma_m)
-            .max(spacing_m)
-            .clamp(2.0 * surfaces.cell_m, (6.0 * surfaces.cell_m).max(8.0 * sigma_m));
+        let reach_m = (most * sigma_m).max(spacing_m).clamp(
+            2.0 * surfaces.cell_m,
+            (6.0 * surfaces.cell_m).max(8.0 * sigma_m),
+        );
         let mut least = reach_m / sigma_m;
         surfaces.grid.for_each_within(p, reach_m, |i, d2| {
             let patch = &surfaces.patches[i];
