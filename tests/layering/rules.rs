@@ -139,9 +139,9 @@ pub fn no_unsafe(file: &Source) -> Vec<String> {
     told(file, found.iter(), "names")
 }
 
-/// Front pages (`mod.rs`, `lib.rs`) are short, have no functions, and those of rooms say what they take and give.
+/// Front pages (`mod.rs` and the house's `lib.rs`) are short, have no functions, and those of rooms say what they take and give.
 pub fn front_pages_introduce(file: &Source) -> Vec<String> {
-    let front = file.path.ends_with("/mod.rs") || file.path.ends_with("/lib.rs");
+    let front = file.path.ends_with("/mod.rs") || file.path == "src/lib.rs";
     if !front || !is_source(file) || file.path.contains("/tests/") {
         return Vec::new();
     }
