@@ -2,7 +2,7 @@
 //! until it is as near to the reference as U_th; then with swapped roles for what disappeared.
 
 use super::detect::Pair;
-use super::quantify::split_settings;
+use super::quantify::{one_step, split_settings};
 use super::{Evidence, Model, NoveltyError, Settings, Sight, Thing};
 use crate::distance::{CostMatrix, Ground, cost_matrix, emd, emd_of_costs};
 use crate::mixture::{Gaussian, Mixture, RefitSettings, Unexplained, refit};
@@ -38,21 +38,26 @@ pub fn run(
     evidence: &[Vec<Evidence>; 2],
     settings: &Settings,
 ) -> Result<Outcome, NoveltyError> {
-    let reference_from_current = pair.reference_from(1);
+    let seen = [0, 1].map(|side| visible(pair, side, &evidence[side]));
+    if seen.iter().any(|(places, _)| places.is_empty()) {
+        return Ok(Outcome {
+            things: [Vec::new(), Vec::new()],
+            contributions: [Vec::new(), Vec::new()],
+            d: 0.0,
+            components: [reference.len(), 0],
+        });
+    }
+    // A thing's shadow would move mass as well: both mixtures weigh what both views could see.
+    let reference = &weighed(reference, &seen[0])?;
     let revisit = match own_model {
-        Some(mixture) => carried(mixture, &reference_from_current),
+        Some(mixture) => weighed(&carried(mixture, &pair.reference_from(1)), &seen[1])?,
         None => {
-            let places: Vec<Point3<f64>> = pair.views[1]
-                .surfaces
-                .patches
-                .iter()
-                .map(|p| reference_from_current * p.mean)
-                .collect();
             let told = RefitSettings {
                 split: split_settings(pair.views[1]),
-                ..RefitSettings::default()
+                ..one_step()
             };
-            refit(reference, &places, None, unexplained(pair), &told)?.mixture
+            let (places, weights) = &seen[1];
+            refit(reference, places, Some(weights), unexplained(pair), &told)?.mixture
         }
     };
     let shared = match settings.model {
@@ -88,6 +93,35 @@ pub fn run(
         d: whole.d,
         components: [reference.len(), revisit.len()],
     })
+}
+
+/// Cells of view `side` that the other view could see, in the reference's frame, with their surface.
+fn visible(pair: &Pair<'_>, side: usize, evidence: &[Evidence]) -> (Vec<Point3<f64>>, Vec<f64>) {
+    let surfaces = &pair.views[side].surfaces;
+    let reference_from_own = pair.reference_from(side);
+    let mut seen = vec![0.0; surfaces.patches.len()];
+    for (cell, e) in surfaces.patch_of_point.iter().zip(evidence) {
+        if matches!(e.sight, Sight::Same | Sight::Through) {
+            seen[*cell as usize] += 1.0;
+        }
+    }
+    surfaces
+        .patches
+        .iter()
+        .zip(seen)
+        .filter(|(_, n)| *n > 0.0)
+        .map(|(p, n)| (reference_from_own * p.mean, n * p.area_m2 / p.count as f64))
+        .unzip()
+}
+
+/// The mixture with the weights that it has on `seen`.
+fn weighed(
+    mixture: &Mixture,
+    seen: &(Vec<Point3<f64>>, Vec<f64>),
+) -> Result<Mixture, NoveltyError> {
+    let (places, weights) = seen;
+    let none = Unexplained::Listed(&[]);
+    Ok(refit(mixture, places, Some(weights), none, &one_step())?.mixture)
 }
 
 /// What the reference's components do not explain: five sigmas off, widened by the noise between.

@@ -259,7 +259,7 @@ fn widened(mixture: &Mixture, reference: &Prepared, current: &Prepared) -> Mixtu
 
 /// One M step from the reference's weights: each place is shared out as the reference would. More
 /// steps let overlapping components take weight from one another for no reason of the scene.
-fn one_step() -> RefitSettings {
+pub fn one_step() -> RefitSettings {
     RefitSettings {
         em: EmSettings {
             iterations: 1,
