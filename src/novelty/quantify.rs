@@ -5,8 +5,8 @@
 //! more than sampling explains count as equal. Mass is visible surface: thinning cells, not points,
 //! so that it does not depend on how beams crowd.
 
+use super::ledger::Ledger;
 use super::{NoveltyError, Prepared, QuantifySettings, Sight};
-use crate::distance::{Ground, emd};
 use crate::geometry::Pose;
 use crate::mixture::{
     EmSettings, Mixture, RefitSettings, SplitSettings, Unexplained, refit, split_until_flat,
@@ -352,66 +352,6 @@ fn explained_by_sampling(
         }
     }
     [then, now]
-}
-
-/// Who has mass left and who lacks it once common mass stays where it is. All ground distances are
-/// metrics, so that leaving common mass in place costs nothing and the EMD stays exact.
-#[derive(Default)]
-struct Ledger {
-    surplus: Mixture,
-    from: Vec<Option<(usize, usize)>>,
-    lack: Mixture,
-    to: Vec<Option<(usize, usize)>>,
-}
-
-impl Ledger {
-    /// Enters a component with its masses in reference and revisit, and the novelty that owns it.
-    fn enter(
-        &mut self,
-        g: crate::mixture::Gaussian,
-        masses: [f64; 2],
-        owner: Option<(usize, usize)>,
-    ) {
-        let difference = masses[0] - masses[1];
-        // Below rounding of masses that sum to one, nothing moves.
-        if difference > 1e-12 {
-            self.surplus.components.push(g);
-            self.surplus.weights.push(difference);
-            self.from.push(owner);
-        } else if difference < -1e-12 {
-            self.lack.components.push(g);
-            self.lack.weights.push(-difference);
-            self.to.push(owner);
-        }
-    }
-
-    fn settle(&self, ground: Ground, balance: &mut Balance) -> Result<(), NoveltyError> {
-        let moved: f64 = self.surplus.weights.iter().sum();
-        if moved <= 0.0 || self.lack.is_empty() {
-            return Ok(());
-        }
-        let solved = emd(&self.surplus, &self.lack, ground)?;
-        for flow in &solved.plan {
-            let cost = moved * flow.mass * flow.distance;
-            balance.d += cost;
-            let owners: Vec<(usize, usize)> = [self.from[flow.from], self.to[flow.to]]
-                .into_iter()
-                .flatten()
-                .collect();
-            if owners.is_empty() {
-                balance.rest += cost;
-            }
-            for (side, index) in &owners {
-                let part = cost / owners.len() as f64;
-                if *side == 0 {
-                    balance.disappeared[*index].1 += part;
-                } else {
-                    balance.appeared[*index].1 += part;
-                }
-            }
-        }
-        Ok(())
-    }
 }
 
 #[cfg(test)]
