@@ -8,6 +8,7 @@ mod compare;
 mod config;
 mod distance;
 mod failure;
+mod files;
 mod fit;
 mod output;
 mod progress;
