@@ -169,7 +169,12 @@ fn a_ball_and_a_person_moved_in_a_room() {
     let meta = read_json(&root.join("meta.json"));
     let path = |pair: &Value, key: &str| root.join(pair[key].as_str().expect("a path"));
     let origin = meta["sensor_origin"].clone();
-    let moved = meta["pairs"].as_array().expect("pairs").iter().map(|pair| {
+    let labelled = meta["pairs"]
+        .as_array()
+        .expect("pairs")
+        .iter()
+        .filter(|p| p["labels"].is_string());
+    let moved = labelled.map(|pair| {
         let novel = labels(&path(pair, "labels"), |label| match label {
             0 => Some(false),
             1 => Some(true),
