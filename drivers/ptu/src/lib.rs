@@ -34,3 +34,5 @@ pub use motion::{MotionProfile, MoveState, MoveWatch};
 
 /// Time since an origin the caller chose, the same for all calls.
 pub type Instant = std::time::Duration;
+
+pub mod twin;

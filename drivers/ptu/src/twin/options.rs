@@ -1,0 +1,222 @@
+//! What kind of unit the twin is and in what state it is found.
+
+use std::time::Duration;
+
+use super::Instant;
+use super::constants::{ARCSEC_D46_17, ARCSEC_D46_70};
+
+/// The gear of the unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(non_camel_case_types, reason = "the maker's own type names")]
+pub enum Model {
+    /// 17.5:1, 185.1428 arc seconds per half step.
+    D46_17,
+    /// 70:1, 46.2857 arc seconds per half step.
+    D46_70,
+}
+
+impl Model {
+    /// Arc seconds per half step (section 5, the full constant).
+    #[must_use]
+    pub fn half_step_arcsec(self) -> f64 {
+        match self {
+            Model::D46_17 => ARCSEC_D46_17,
+            Model::D46_70 => ARCSEC_D46_70,
+        }
+    }
+}
+
+/// How the unit ends its lines (section 2).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LineEnd {
+    /// What real units send.
+    CrLf,
+    /// What the manual writes.
+    Cr,
+}
+
+impl LineEnd {
+    /// The bytes.
+    pub(super) fn bytes(self) -> &'static [u8] {
+        match self {
+            LineEnd::CrLf => b"\r\n",
+            LineEnd::Cr => b"\r",
+        }
+    }
+}
+
+/// What happens to bytes that arrive during calibration (section 7 leaves it open).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InputDuringReset {
+    /// They wait and are executed afterwards.
+    Queued,
+    /// They are lost.
+    Dropped,
+}
+
+/// Supply voltage and temperatures as `O` reports them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Supply {
+    /// Supply voltage, V.
+    pub volts: f64,
+    /// Temperatures of head, pan motor and tilt motor, degrees Fahrenheit.
+    pub temperature_f: [f64; 3],
+}
+
+/// The state in which the unit is found. [`StartState::default`] is a factory-fresh unit that has calibrated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StartState {
+    /// Characters are echoed.
+    pub echo: bool,
+    /// Verbose replies.
+    pub verbose: bool,
+    /// Pure velocity mode (`CV`) instead of position mode (`CI`).
+    pub velocity_mode: bool,
+    /// Slaved mode (`S`): position commands wait for `A` or `I`.
+    pub slaved: bool,
+    /// Targets beyond the limits are refused (`LE`).
+    pub limits: bool,
+    /// Network id; a unit whose id is not 0 stays silent until selected.
+    pub unit_id: u8,
+    /// Line speed.
+    pub baud: u32,
+    /// Where `[pan, tilt]` stand, half steps.
+    pub position_steps: [i32; 2],
+    /// A motion under way towards these `[pan, tilt]` targets, half steps.
+    pub moving_to_steps: Option<[i32; 2]>,
+    /// Auto-scan is running between the pan limits.
+    pub monitor: bool,
+}
+
+impl Default for StartState {
+    fn default() -> Self {
+        Self {
+            echo: true,
+            verbose: true,
+            velocity_mode: false,
+            slaved: false,
+            limits: true,
+            unit_id: 0,
+            baud: 9600,
+            position_steps: [0, 0],
+            moving_to_steps: None,
+            monitor: false,
+        }
+    }
+}
+
+/// Everything that makes one twin differ from another. Pairs are `[pan, tilt]`; positions and speeds are in half steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TwinOptions {
+    /// The gear.
+    pub model: Model,
+    /// What `V` prints after `* `; also the second line of the banner.
+    pub firmware: String,
+    /// Nominal lowest positions; each calibration measures them again (section 5).
+    pub minimum_steps: [i32; 2],
+    /// Nominal highest positions.
+    pub maximum_steps: [i32; 2],
+    /// Measured limits differ from the nominal ones by at most this many counts.
+    pub limit_spread_steps: i32,
+    /// The mechanical stops lie this far beyond the nominal limits.
+    pub stop_margin_steps: i32,
+    /// Speed after power-up, positions/s.
+    pub speed: [i32; 2],
+    /// Base speed (`PB`), positions/s.
+    pub base_speed: [i32; 2],
+    /// Acceleration (`PA`), positions/s^2.
+    pub acceleration: [i32; 2],
+    /// Speed while calibrating, positions/s; the document derives its durations from 1000.
+    pub reset_speed: [i32; 2],
+    /// Upper speed bound (`PU`), positions/s.
+    pub upper_speed: [i32; 2],
+    /// Lower speed bound (`PL`), positions/s.
+    pub lower_speed: [i32; 2],
+    /// The state in which the unit is found.
+    pub start: StartState,
+    /// The unit is being switched on: banner, then calibration. [`TwinOptions::start`] is then what was saved with `DS`.
+    pub power_up: bool,
+    /// At power-up the unit calibrates (`RE`); else it only prints its banner (`RD`).
+    pub calibrate_at_power_up: bool,
+    /// A banner at power-up.
+    pub banner: bool,
+    /// Bytes take their time on the line.
+    pub byte_pacing: bool,
+    /// Line end of replies.
+    pub line_end: LineEnd,
+    /// Shortest and longest time from delimiter to reply.
+    pub latency: [Duration; 2],
+    /// Time to recompute the speed tables after `PA PB PU` (section 9).
+    pub table_delay: Duration,
+    /// Bytes during calibration.
+    pub input_during_reset: InputDuringReset,
+    /// `RP RT RE` calibrate at once, as on the E series.
+    pub axis_reset_at_once: bool,
+    /// E-series extras: user limits, `B`, `IQ`, more baud rates, its own wordings.
+    pub e_series: bool,
+    /// The option board is fitted: `JE JD OOH OOL @A @B` answer `*`.
+    pub option_board: bool,
+    /// Whether the true position advances in whole steps, or smoothly as the commanded profile.
+    pub whole_steps: bool,
+    /// What `O` reports from which instant on, ascending; before the first entry [`TwinOptions::supply`].
+    pub supply_script: Vec<(Instant, Supply)>,
+    /// What `O` reports at first.
+    pub supply: Supply,
+    /// Seed of latencies, measured limits and garbage.
+    pub seed: u64,
+}
+
+impl Default for TwinOptions {
+    fn default() -> Self {
+        Self {
+            model: Model::D46_17,
+            firmware: "Pan-Tilt Controller v2.12.1d1(C14/E), (C)2003 Directed Perception, Inc., All Rights Reserved"
+                .to_owned(),
+            minimum_steps: [-3090, -907],
+            maximum_steps: [3090, 604],
+            limit_spread_steps: 4,
+            stop_margin_steps: 12,
+            speed: [1000, 1000],
+            base_speed: [1000, 1000],
+            acceleration: [2000, 2000],
+            reset_speed: [1000, 1000],
+            upper_speed: [2902, 2902],
+            lower_speed: [31, 31],
+            start: StartState::default(),
+            power_up: false,
+            calibrate_at_power_up: true,
+            banner: true,
+            byte_pacing: true,
+            line_end: LineEnd::CrLf,
+            latency: [Duration::from_millis(1), Duration::from_millis(3)],
+            table_delay: Duration::from_secs(3),
+            input_during_reset: InputDuringReset::Queued,
+            axis_reset_at_once: false,
+            e_series: false,
+            option_board: false,
+            whole_steps: true,
+            supply_script: Vec::new(),
+            supply: Supply { volts: 24.0, temperature_f: [86.0, 90.0, 88.0] },
+            seed: 0,
+        }
+    }
+}
+
+impl TwinOptions {
+    /// Defaults of a model: the 70:1 gear has four times the counts for the same ranges in degrees, and calibrates at its
+    /// upper speed bound.
+    #[must_use]
+    pub fn for_model(model: Model) -> Self {
+        let d46_17 = Self::default();
+        match model {
+            Model::D46_17 => d46_17,
+            Model::D46_70 => Self {
+                model,
+                minimum_steps: d46_17.minimum_steps.map(|n| n * 4),
+                maximum_steps: d46_17.maximum_steps.map(|n| n * 4),
+                reset_speed: d46_17.upper_speed,
+                ..d46_17
+            },
+        }
+    }
+}
