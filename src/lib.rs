@@ -19,3 +19,4 @@ pub mod config;
 pub mod store;
 pub mod service;
 pub mod cli;
+pub mod world;

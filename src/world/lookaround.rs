@@ -1,0 +1,139 @@
+//! One revolution of the laser, in the sensor's own units.
+
+use super::cast::World;
+use super::constants::{CODE_NO_STEP, FIRST_STEP, LAST_STEP, MAX_RANGE_MM, STEPS_PER_TURN};
+use super::noise::{NoiseOptions, TrueBeam};
+use super::robot::Robot;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The laser's surroundings: a robot in a world. Change its fields between revolutions to move the robot, the things
+/// around it, or the sensor's errors.
+#[derive(Debug, Clone)]
+pub struct Lookaround {
+    /// What stands around.
+    pub world: Arc<World>,
+    /// Where the robot stands and how it carries the laser.
+    pub robot: Robot,
+    /// How the sensor errs.
+    pub noise: NoiseOptions,
+}
+
+impl Lookaround {
+    /// One revolution from step 0 at `start`, a full turn lasting `period`: `out[n]` is what step n measures, in
+    /// millimetres or as a code below 20. Every beam is cast at its own instant `start + n period / 1024` with the pan
+    /// and tilt in radians that `attitude_at` gives for that instant. Steps that the sensor cannot measure give code 19.
+    pub fn revolve(
+        &mut self,
+        start: Duration,
+        period: Duration,
+        attitude_at: &dyn Fn(Duration) -> (f64, f64),
+        out: &mut [u32],
+    ) {
+        let truth: Vec<Option<TrueBeam>> = (FIRST_STEP..=LAST_STEP)
+            .map(|step| {
+                let (pan_rad, tilt_rad) = attitude_at(start + period * step / STEPS_PER_TURN);
+                true_beam(&self.world, &self.robot, step, pan_rad, tilt_rad).map(|(beam, _)| beam)
+            })
+            .collect();
+        out.fill(CODE_NO_STEP);
+        let values = self.noise.measure(&truth, start);
+        for (out, value) in out.iter_mut().skip(FIRST_STEP as usize).zip(values) {
+            *out = value;
+        }
+    }
+}
+
+/// What the beam of `step` truly meets within the sensor's reach, and the index of the thing it meets.
+pub(super) fn true_beam(
+    world: &World,
+    robot: &Robot,
+    step: u32,
+    pan_rad: f64,
+    tilt_rad: f64,
+) -> Option<(TrueBeam, usize)> {
+    let hit = world.cast(&robot.beam(step, pan_rad, tilt_rad), MAX_RANGE_MM / 1000.0)?;
+    let beam = TrueBeam {
+        range_m: hit.range_m,
+        cos_incidence: hit.cos_incidence,
+        reflectance: world
+            .objects()
+            .get(hit.object)
+            .map_or(1.0, |o| o.reflectance),
+    };
+    Some((beam, hit.object))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Lookaround;
+    use crate::world::{MountGeometry, NoiseOptions, Robot, Scene};
+    use std::sync::Arc;
+    use std::time::Duration;
+
+    const PERIOD: Duration = Duration::from_millis(100);
+
+    fn hall(noise: NoiseOptions) -> Lookaround {
+        let text = "[robot]\nheight_m = 0.5\n[[room]]\ncentre = [0, 0, 1.5]\nsize = [4, 6, 3]\n";
+        let scene = Scene::parse(text).expect("a good scene");
+        Lookaround {
+            world: Arc::new(scene.build(None).expect("no cloud")),
+            robot: Robot {
+                pose: scene.map_from_base,
+                mount: MountGeometry::default(),
+            },
+            noise,
+        }
+    }
+
+    #[test]
+    fn a_still_head_sees_the_walls_at_their_ranges() {
+        let mut out = [7; 769];
+        hall(NoiseOptions::ideal()).revolve(Duration::ZERO, PERIOD, &|_| (0.0, 0.0), &mut out);
+        assert_eq!((out[0], out[43], out[726], out[768]), (19, 19, 19, 19));
+        assert_eq!(out[384], 2000);
+        // Left and right walls at y = +-3, the pan axis 9.55 mm to the right.
+        assert_eq!(out[384 + 256], 3010);
+        assert_eq!(out[384 - 256], 2990);
+        // 45 degrees ahead meets the front wall.
+        assert_eq!(out[384 + 128], (2000.0 * 2f64.sqrt()).round() as u32);
+    }
+
+    #[test]
+    fn every_beam_has_its_own_instant() {
+        // The head pans left with the mirror's own speed backwards: every beam looks where step 0 would at the start.
+        let turn = |t: Duration| {
+            (
+                -std::f64::consts::TAU * t.as_secs_f64() / PERIOD.as_secs_f64(),
+                0.0,
+            )
+        };
+        let mut out = [0; 769];
+        let mut hall = hall(NoiseOptions::ideal());
+        hall.revolve(Duration::ZERO, PERIOD, &turn, &mut out);
+        // -135 degrees: the back wall, 2 m away.
+        let first = out[44];
+        assert!(
+            (f64::from(first) - 2000.0 * 2f64.sqrt()).abs() < 2.0,
+            "{first}"
+        );
+        assert!(out[44..=725].iter().all(|r| r.abs_diff(first) <= 1));
+    }
+
+    #[test]
+    fn the_same_instant_gives_the_same_values() {
+        let at = |ms, seed| {
+            let mut out = [0; 769];
+            hall(NoiseOptions::seeded(seed)).revolve(
+                Duration::from_millis(ms),
+                PERIOD,
+                &|_| (0.0, 0.1),
+                &mut out,
+            );
+            out
+        };
+        assert_eq!(at(300, 1), at(300, 1));
+        assert_ne!(at(300, 1), at(400, 1));
+        assert_ne!(at(300, 1), at(300, 2));
+    }
+}
