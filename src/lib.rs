@@ -17,6 +17,7 @@ pub mod alarm;
 pub mod patrol;
 pub mod config;
 pub mod store;
+pub mod world;
 pub mod service;
 pub mod cli;
 pub mod world;

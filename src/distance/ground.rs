@@ -1,13 +1,11 @@
 //! How far one Gaussian is from another.
 
-use crate::mixture::symmetric::{Eigen, OneSided, square_root};
+use super::bures::Bures;
+use super::constants::FM_FLOOR_M2;
+use crate::mixture::symmetric::{Eigen, OneSided};
 use crate::mixture::{Gaussian, Mixture};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
-
-/// Eigenvalues below this are raised to it before `fm` compares them, square metres: (1 mm)^2, the
-/// regularisation of EM. Without a floor a flat component would be infinitely far from every other.
-pub const FM_FLOOR_M2: f64 = 1e-6;
 
 /// The ground distance d_ij of Eq. 5.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -21,26 +19,11 @@ pub enum Ground {
     Fm,
 }
 
-/// Wasserstein-2 distance between two Gaussians, not squared, metres: `|m_a - m_b|^2 + |A - B U|_F^2`
-/// with A, B the square roots of the covariances and U the rotation that brings them nearest (Bhatia,
-/// Jain and Lim 2019), which equals `tr(S_a + S_b - 2 (A S_b A)^1/2)` without its cancellation.
-/// Defined for singular covariances.
+/// Wasserstein-2 distance between two Gaussians, not squared, metres:
+/// `|m_a - m_b|^2 + tr(S_a + S_b - 2 (S_a^1/2 S_b S_a^1/2)^1/2)`, the root of it. A metric, defined
+/// for singular covariances, and free of the cancellation in that difference.
 pub fn w2(a: &Gaussian, b: &Gaussian) -> f64 {
-    w2_of_roots(
-        a,
-        b,
-        &square_root(&a.covariance),
-        &square_root(&b.covariance),
-    )
-}
-
-fn w2_of_roots(a: &Gaussian, b: &Gaussian, root_a: &Matrix3<f64>, root_b: &Matrix3<f64>) -> f64 {
-    if a == b {
-        return 0.0;
-    }
-    let turn = OneSided::of(&(root_b * root_a)).polar();
-    let shape = (root_a - root_b * turn).norm_squared();
-    ((a.mean - b.mean).norm_squared() + shape).sqrt()
+    Bures::new(a).distance(&Bures::new(b))
 }
 
 /// Distance between the means, metres.
@@ -121,45 +104,50 @@ impl CostMatrix {
 /// All ground distances between the components of `a` and `b`; factors of the covariances are made
 /// once per component. Works in the rayon pool that the caller stands in.
 pub fn cost_matrix(a: &Mixture, b: &Mixture, ground: Ground) -> CostMatrix {
-    let none = |_: &Gaussian| Matrix3::zeros();
-    let root = |g: &Gaussian| square_root(&g.covariance);
-    let (left, right) = match ground {
-        Ground::W2 => (factors(a, root), factors(b, root)),
-        Ground::Euclid => (factors(a, none), factors(b, none)),
-        Ground::Fm => (factors(a, whitener), factors(b, floored_root)),
+    let values = match ground {
+        Ground::W2 => table(a, b, Bures::new, Bures::new, Bures::distance),
+        Ground::Euclid => table(a, b, |g| *g, |g| *g, euclid),
+        Ground::Fm => table(
+            a,
+            b,
+            |g| (*g, whitener(g)),
+            |g| (*g, floored_root(g)),
+            |(g, w), (h, r)| fm_of_factors(g, h, w, r),
+        ),
     };
-    let cost = |(g, f): &(Gaussian, Matrix3<f64>), (h, e): &(Gaussian, Matrix3<f64>)| match ground {
-        Ground::W2 => w2_of_roots(g, h, f, e),
-        Ground::Euclid => euclid(g, h),
-        Ground::Fm => fm_of_factors(g, h, f, e),
-    };
-    let (rows, columns) = (left.len(), right.len());
-    let mut values = vec![0.0; rows * columns];
+    CostMatrix {
+        rows: a.len(),
+        columns: b.len(),
+        values,
+    }
+}
+
+/// Row-major costs from what each side's components are made into once.
+fn table<L: Sync, R: Sync>(
+    a: &Mixture,
+    b: &Mixture,
+    left: impl Fn(&Gaussian) -> L,
+    right: impl Fn(&Gaussian) -> R,
+    cost: impl Fn(&L, &R) -> f64 + Sync,
+) -> Vec<f64> {
+    let left: Vec<L> = a.components.iter().map(left).collect();
+    let right: Vec<R> = b.components.iter().map(right).collect();
+    let mut values = vec![0.0; left.len() * right.len()];
     values
-        .par_chunks_mut(columns.max(1))
+        .par_chunks_mut(right.len().max(1))
         .zip(&left)
         .for_each(|(row, l)| {
             row.iter_mut()
                 .zip(&right)
                 .for_each(|(v, r)| *v = cost(l, r))
         });
-    CostMatrix {
-        rows,
-        columns,
-        values,
-    }
-}
-
-fn factors(
-    m: &Mixture,
-    factor: impl Fn(&Gaussian) -> Matrix3<f64>,
-) -> Vec<(Gaussian, Matrix3<f64>)> {
-    m.components.iter().map(|g| (*g, factor(g))).collect()
+    values
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{FM_FLOOR_M2, Ground, cost_matrix, euclid, fm, w2};
+    use super::{Ground, cost_matrix, euclid, fm, w2};
+    use crate::distance::constants::FM_FLOOR_M2;
     use crate::mixture::{Gaussian, Mixture};
     use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
     use proptest::prelude::*;

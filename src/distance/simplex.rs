@@ -4,11 +4,10 @@
 //! *strongly feasible*: an edge that carries nothing points towards the root (its row is the child).
 //! With the rule for the leaving edge below this rules out cycling, however degenerate the masses.
 
+use super::constants::PRICE_SLACK;
+
 /// Marks the root's parent and the end of a list of children.
 const NONE: usize = usize::MAX;
-
-/// Smallest reduced cost worth a pivot, relative to the largest cost: above the rounding of potentials.
-const PRICE_SLACK: f64 = 1e-13;
 
 /// Nodes `0..m` are rows, `m..m + n` columns. Masses are all positive.
 pub(super) struct Simplex<'a> {

@@ -1,13 +1,8 @@
 //! Exact optimal transport between two lists of masses (Eq. 5 with W = U).
 
+use super::constants::{BALANCE_SLACK, PIVOTS_PER_NODE};
 use super::simplex::Simplex;
 use super::{CostMatrix, DistanceError};
-
-/// Relative difference of the two sums that still counts as rounding.
-const BALANCE_SLACK: f64 = 1e-9;
-
-/// Pivots allowed per node before giving up: hundreds of times what hard problems were seen to need.
-const PIVOTS_PER_NODE: usize = 10_000;
 
 /// An optimal plan and the proof that it is one.
 #[derive(Debug, Clone, PartialEq)]

@@ -402,6 +402,16 @@ mod tests {
         }
     }
 
+    proptest! {
+        #[test]
+        fn no_cloud_gives_a_nan(raw in proptest::collection::vec(proptest::array::uniform3(-2i8..3), 1..20), k in 1usize..6, scale in prop_oneof![Just(0.0), Just(1e-9), Just(1.0), Just(1e6)]) {
+            let points: Vec<_> = raw.iter().map(|p| Point3::from(p.map(f64::from)) * scale + Vector3::repeat(1e6)).collect();
+            let fit = run(&points, None, start_at(&points, k), &exactly(12)).expect("defined");
+            prop_assert!(fit.mean_log_likelihood.is_finite());
+            prop_assert!(Mixture::try_new(fit.mixture.weights, fit.mixture.components).is_ok());
+        }
+    }
+
     fn lattice_points(n: usize) -> Vec<Point3<f64>> {
         (0..n)
             .map(|i| {

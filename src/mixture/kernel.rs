@@ -76,6 +76,10 @@ impl Ready {
 
     /// Half the squared Mahalanobis distance of every lane.
     #[inline]
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "side-by-side arrays in lockstep vectorise"
+    )]
     pub(super) fn half_mahalanobis(&self, block: &Block, out: &mut [f64; BLOCK]) {
         let [w00, w10, w11, w20, w21, w22] = self.whiten;
         let [mx, my, mz] = self.mean;
@@ -195,6 +199,10 @@ fn lowest(values: &[f64; BLOCK]) -> f64 {
 
 /// The ten sums of one block for one component.
 #[inline]
+#[expect(
+    clippy::needless_range_loop,
+    reason = "side-by-side arrays in lockstep vectorise"
+)]
 fn gather(block: &Block, mean: &[f64; 3], parts: &[f64; BLOCK], share: &[f64; BLOCK]) -> Sums {
     let mut sums = [[0.0; LANES]; 10];
     for start in (0..BLOCK).step_by(LANES) {

@@ -57,8 +57,8 @@ pub(super) const BOUNDS: Bounds = Bounds {
 
 /// Least number of points that bear a shape: nine moments need some more points than moments.
 pub(super) const LEAST_POINTS: usize = 10;
-/// Points below this range from the sensor, or spread less than this, carry no shape, metres
-/// (the sensor's resolution).
+/// Points whose second principal standard deviation is less than this are a line or a spot and
+/// carry no shape, metres (the sensor's resolution).
 pub(super) const LEAST_SPREAD_M: f64 = 1e-3;
 /// Added to observed and to model standard deviations alike, so that the logarithm of a flat
 /// thing's thickness stays finite, metres (the sensor's quantisation).
@@ -78,7 +78,7 @@ pub(super) const ROUGHNESS_SHARE: f64 = 0.02;
 /// ideal shape, not noise, sets what they can tell.
 pub(super) const MOST_WITNESSES: f64 = 150.0;
 /// Points that take part in a fit; more of them add time, not knowledge (see above).
-pub(super) const MOST_FITTED_POINTS: usize = 256;
+pub(super) const MOST_FITTED_POINTS: usize = 160;
 /// Where the pull of an outlying point levels off, in standard deviations.
 pub(super) const OUTLIER_SIGMAS: f64 = 3.0;
 /// A cylinder shorter than this share of its width, or whose axis lies within
@@ -92,6 +92,23 @@ pub(super) const UNLIKELY_PENALTY: f64 = 10.0;
 /// Fits of one class whose moments cost this much more than its best (as -2 ln odds) are given up
 /// before the points are asked.
 pub(super) const PROMISING_COST: f64 = 40.0;
+/// Noise stretches an extent by about this many standard deviations (one at each end).
+pub(super) const EXTENT_NOISE: f64 = 2.0;
+/// Points through which a primitive hangs together lie no farther apart than this, metres: what
+/// makes one novelty (design section 5; 16 rings of a coarse scanner at 4 m).
+pub(super) const CONNECTED_M: f64 = 0.16;
+/// Greatest angle between a point's normal and a primitive's: estimated normals are that coarse.
+pub(super) const CONSENSUS_ANGLE_RAD: f64 = 0.6;
+/// Greatest distance of ellipsoid samples from a primitive, share of their spread.
+pub(super) const CONSENSUS_EPSILON_SHARE: f64 = 0.1;
+/// Least share of the points that makes a part.
+pub(super) const LEAST_PART_SHARE: f64 = 0.08;
+/// Points that method A looks at; it answers with one primitive, which more do not better.
+pub(super) const MOST_CONSENSUS_POINTS: usize = 2000;
+/// Neighbours that give a normal.
+pub(super) const NORMAL_NEIGHBOURS: usize = 12;
+/// Fits of one class and cost whose centres lie closer are the same, metres.
+pub(super) const SAME_ANSWER_M: f64 = 2e-3;
 /// Prior precision of every fitted parameter (units: spreads, radians, logarithms): keeps what
 /// the data leave open finite, at ten units.
 pub(super) const PRIOR_PRECISION: f64 = 1e-2;

@@ -6,10 +6,15 @@
 
 mod constants;
 mod covariance;
+mod euclidean;
+#[cfg(test)]
+mod laws;
+mod lengths;
 mod matching;
 mod model;
 mod moments;
 mod primitive;
+pub mod ransac;
 #[cfg(test)]
 mod recorded;
 mod retrieve;

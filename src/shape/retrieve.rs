@@ -1,9 +1,11 @@
 //! The front door: both methods on one novelty, and the choice between them.
 
-use super::constants::{LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SHARE};
+use super::constants::{LEAST_NOISE_M, LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SHARE};
 use super::covariance::{Candidate, candidates};
+use super::euclidean::{by_consensus, parts};
+use super::lengths::measured;
 use super::model::{Alternative, Class, Method, Retrieval, Shape};
-use super::settings::ShapeSettings;
+use super::settings::{Choice, ShapeSettings};
 use crate::mixture::{Gaussian, Mixture};
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -59,23 +61,37 @@ pub fn retrieve(
     seed: u64,
 ) -> Result<Retrieval, ShapeError> {
     let own = checked(points, sensor_origin)?;
-    let noise_m = settings.noise.sigma_m((own.mean - sensor_origin).norm());
+    let noise_m = settings
+        .noise
+        .sigma_m((own.mean - sensor_origin).norm())
+        .max(LEAST_NOISE_M);
     let moments = if settings.moments_of_mixture {
         total_moments(mixture).unwrap_or(own)
     } else {
         own
     };
     let found = candidates(points, &moments, sensor_origin, noise_m, settings);
-    let covariance = told(points, sensor_origin, &found, noise_m, settings);
-    let _ = seed;
-    let best = covariance.clone().ok_or(ShapeError::NothingFits {
+    let covariance = told(points, sensor_origin, found, noise_m, settings);
+    let ransac = by_consensus(points, mixture, sensor_origin, noise_m, settings, seed);
+    let chosen = match settings.choice {
+        Choice::Auto => covariance.as_ref().or(ransac.as_ref()),
+        Choice::Covariance => covariance.as_ref(),
+        Choice::Ransac => ransac.as_ref(),
+    };
+    let best = chosen.cloned().ok_or(ShapeError::NothingFits {
         points: points.len(),
     })?;
+    let expected = noise_m.hypot(ROUGHNESS_SHARE * own.covariance.trace().max(0.0).sqrt());
+    let parts = if best.residual_m > settings.parts_above * expected {
+        parts(points, sensor_origin, noise_m, settings, seed)
+    } else {
+        Vec::new()
+    };
     Ok(Retrieval {
         best,
         covariance,
-        ransac: None,
-        parts: Vec::new(),
+        ransac,
+        parts,
     })
 }
 
@@ -125,29 +141,40 @@ fn total_moments(mixture: &Mixture) -> Option<Gaussian> {
 fn told(
     points: &[Point3<f64>],
     sensor: &Point3<f64>,
-    found: &[Candidate],
+    found: Vec<Candidate>,
     noise_m: f64,
     settings: &ShapeSettings,
 ) -> Option<Shape> {
-    let best = found.first()?;
-    let ambiguous = best.probability < settings.ambiguous_below;
-    let alternatives = found
+    let alternatives: Vec<Alternative> = found
         .iter()
-        .skip(usize::from(!ambiguous))
         .map(|c| Alternative {
             class: c.primitive.class(),
             probability: c.probability,
         })
         .collect();
-    let distance = |p: &Point3<f64>| best.primitive.visible_distance_m(p, sensor);
-    let squares: f64 = points.iter().map(|p| distance(p).powi(2)).sum();
+    let best = found.into_iter().next()?;
+    let ambiguous = best.probability < settings.ambiguous_below;
     let spread = best
         .primitive
         .size_m()
         .iter()
-        .fold(0.0f64, |a, &b| a.max(b))
+        .map(|s| s * s)
+        .sum::<f64>()
+        .sqrt()
         / 4.0;
-    let near = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread);
+    let near_m = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread);
+    let near: Vec<Point3<f64>> = points
+        .iter()
+        .filter(|p| best.primitive.visible_distance_m(p, sensor).abs() < near_m)
+        .copied()
+        .collect();
+    let best = if settings.points_judge {
+        measured(best, &near, noise_m)
+    } else {
+        best
+    };
+    let distance = |p: &Point3<f64>| best.primitive.visible_distance_m(p, sensor);
+    let squares: f64 = points.iter().map(|p| distance(p).powi(2)).sum();
     Some(Shape {
         class: if ambiguous {
             Class::Ambiguous
@@ -156,13 +183,16 @@ fn told(
         },
         method: Method::Covariance,
         probability: best.probability,
-        alternatives,
+        alternatives: alternatives
+            .into_iter()
+            .skip(usize::from(!ambiguous))
+            .collect(),
         centre: best.primitive.centre(),
         centre_sd_m: best.centre_sd_m,
         rotation: best.primitive.rotation(sensor),
         size_m: best.primitive.size_m(),
         size_sd_m: best.size_sd_m,
         residual_m: (squares / points.len() as f64).sqrt(),
-        inliers: points.iter().filter(|p| distance(p).abs() < near).count(),
+        inliers: near.len(),
     })
 }

@@ -1,12 +1,13 @@
 //! What may be chosen about the retrieval of shapes.
 
+use super::ransac::RansacSettings;
 use crate::geometry::NoiseLaw;
 use nalgebra::{Unit, Vector3};
 
 /// Which method answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Choice {
-    /// Covariance matching with the points as judge; RANSAC where that stays ambiguous.
+    /// Covariance matching with the points as judge; RANSAC where that has no answer.
     Auto,
     /// Method B alone answers.
     Covariance,
@@ -76,7 +77,7 @@ pub struct ShapeSettings {
     /// What method A looks at.
     pub ransac_source: RansacSource,
     /// Method A's own settings; `None` derives them from the noise and the spread of the points.
-    pub ransac: Option<()>,
+    pub ransac: Option<RansacSettings>,
     /// One primitive whose residual exceeds the noise (with roughness) by this factor does not
     /// explain the thing; its parts are sought.
     pub parts_above: f64,

@@ -99,7 +99,7 @@ impl Plane {
     }
 
     /// The same rectangle with its longer side first.
-    pub(super) fn longer_first(&self) -> Self {
+    pub(in crate::shape) fn longer_first(&self) -> Self {
         if self.sides_m[0] >= self.sides_m[1] {
             return *self;
         }

@@ -1,0 +1,57 @@
+//! How the ground distances and the exact transport grow with components.
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use nalgebra::{Matrix3, Point3};
+use patrold::distance::{Ground, cost_matrix, emd_of_costs};
+use patrold::mixture::{Gaussian, Mixture};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+fn mixture(k: usize, seed: u64) -> Mixture {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut uniform = || rng.random::<f64>() - 0.5;
+    let mut masses = Vec::with_capacity(k);
+    let mut components = Vec::with_capacity(k);
+    for _ in 0..k {
+        masses.push(uniform() + 0.6);
+        let root = Matrix3::from_fn(|_, _| uniform());
+        let mean = Point3::new(uniform() * 6.0, uniform() * 5.0, uniform() * 2.5);
+        components.push(Gaussian {
+            mean,
+            covariance: root * root.transpose(),
+        });
+    }
+    let total: f64 = masses.iter().sum();
+    Mixture {
+        weights: masses.iter().map(|m| m / total).collect(),
+        components,
+    }
+}
+
+fn distance(criterion: &mut Criterion) {
+    for k in [100, 300, 1000] {
+        let (a, b) = (mixture(k, 1), mixture(k, 2));
+        let mut group = criterion.benchmark_group("ground");
+        group.sample_size(10);
+        for (name, ground) in [
+            ("w2", Ground::W2),
+            ("euclid", Ground::Euclid),
+            ("fm", Ground::Fm),
+        ] {
+            group.bench_function(BenchmarkId::new(name, k), |bench| {
+                bench.iter(|| cost_matrix(&a, &b, ground));
+            });
+        }
+        group.finish();
+        let mut group = criterion.benchmark_group("transport");
+        group.sample_size(10);
+        let costs = cost_matrix(&a, &b, Ground::W2);
+        group.bench_function(BenchmarkId::from_parameter(k), |bench| {
+            bench.iter(|| emd_of_costs(&a.weights, &b.weights, &costs));
+        });
+        group.finish();
+    }
+}
+
+criterion_group!(benches, distance);
+criterion_main!(benches);

@@ -1,0 +1,168 @@
+//! Method A: primitives by consensus, of the novelty's points or of samples on its ellipsoids.
+
+use super::constants::{
+    CONNECTED_M, CONSENSUS_ANGLE_RAD, CONSENSUS_EPSILON_SHARE, LEAST_PART_SHARE, LEAST_POINTS,
+    MOST_CONSENSUS_POINTS, NORMAL_NEIGHBOURS, ROUGHNESS_SHARE,
+};
+use super::model::{Alternative, Class, Method, Shape};
+use super::primitive::Primitive;
+use super::ransac::{Detected, RansacSettings, detect, estimate_normals, surface_samples};
+use super::settings::{RansacSource, ShapeSettings};
+use crate::mixture::{Gaussian, Mixture};
+use nalgebra::Point3;
+
+/// Primitives sought for one answer: the largest is mostly the first, not always.
+const ANSWERS: usize = 2;
+
+/// Method A's answer: the primitive with most inliers, its probability their share. `None` if no
+/// primitive has enough.
+pub(super) fn by_consensus(
+    points: &[Point3<f64>],
+    mixture: &Mixture,
+    sensor: &Point3<f64>,
+    noise_m: f64,
+    settings: &ShapeSettings,
+    seed: u64,
+) -> Option<Shape> {
+    let (looked_at, found) = match settings.ransac_source {
+        RansacSource::Ellipsoids { samples, scale } if !mixture.is_empty() => {
+            let (points, normals) = surface_samples(mixture, samples, scale, seed);
+            let epsilon_m = CONSENSUS_EPSILON_SHARE * spread_m(&points);
+            let chosen = settings
+                .ransac
+                .unwrap_or(derived(&points, epsilon_m, ANSWERS));
+            (points.len(), detect(&points, &normals, &chosen, seed))
+        }
+        _ => {
+            let stride = points.len().div_ceil(MOST_CONSENSUS_POINTS).max(1);
+            let points: Vec<_> = points.iter().step_by(stride).copied().collect();
+            let found = on_points(&points, sensor, noise_m, settings, ANSWERS, seed);
+            (points.len(), found)
+        }
+    };
+    let best = found
+        .iter()
+        .rev()
+        .max_by_key(|d| d.inliers.len())
+        .map(|d| d.primitive)?;
+    let share = |class: Class| {
+        let of_class = found.iter().filter(|d| d.primitive.class() == class);
+        let inliers = of_class.map(|d| d.inliers.len()).max().unwrap_or(0);
+        inliers as f64 / looked_at.max(1) as f64
+    };
+    let mut alternatives: Vec<Alternative> = [Class::Sphere, Class::Cylinder, Class::Plane]
+        .into_iter()
+        .filter(|&class| class != best.class())
+        .map(|class| Alternative {
+            class,
+            probability: share(class),
+        })
+        .collect();
+    alternatives.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    let near_m = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread_m(points));
+    let mut shape = worded(&best, points, sensor, settings.independent_share);
+    shape.probability = share(best.class()).min(1.0);
+    shape.alternatives = alternatives;
+    shape.inliers = points
+        .iter()
+        .filter(|p| best.visible_distance_m(p, sensor).abs() < near_m)
+        .count();
+    Some(shape)
+}
+
+/// Several primitives with disjoint points, most points first; empty unless there are two at least.
+pub(super) fn parts(
+    points: &[Point3<f64>],
+    sensor: &Point3<f64>,
+    noise_m: f64,
+    settings: &ShapeSettings,
+    seed: u64,
+) -> Vec<Shape> {
+    let mut found = on_points(points, sensor, noise_m, settings, usize::MAX, seed);
+    if found.len() < 2 {
+        return Vec::new();
+    }
+    found.sort_by_key(|d| std::cmp::Reverse(d.inliers.len()));
+    found
+        .iter()
+        .map(|d| {
+            let own: Vec<_> = d
+                .inliers
+                .iter()
+                .filter_map(|&i| points.get(i))
+                .copied()
+                .collect();
+            let mut shape = worded(&d.primitive, &own, sensor, settings.independent_share);
+            shape.probability = own.len() as f64 / points.len().max(1) as f64;
+            shape
+        })
+        .collect()
+}
+
+fn on_points(
+    points: &[Point3<f64>],
+    sensor: &Point3<f64>,
+    noise_m: f64,
+    settings: &ShapeSettings,
+    most: usize,
+    seed: u64,
+) -> Vec<Detected> {
+    let epsilon_m = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread_m(points));
+    let chosen = settings.ransac.unwrap_or(derived(points, epsilon_m, most));
+    let normals = estimate_normals(points, sensor, NORMAL_NEIGHBOURS);
+    detect(points, &normals, &chosen, seed)
+}
+
+fn derived(points: &[Point3<f64>], epsilon_m: f64, most: usize) -> RansacSettings {
+    RansacSettings {
+        epsilon_m,
+        normal_angle_rad: CONSENSUS_ANGLE_RAD,
+        min_points: LEAST_POINTS.max((points.len() as f64 * LEAST_PART_SHARE).ceil() as usize),
+        probability: 0.99,
+        most,
+        cell_m: Some(CONNECTED_M),
+    }
+}
+
+/// Standard deviation over all directions, metres.
+fn spread_m(points: &[Point3<f64>]) -> f64 {
+    Gaussian::of_points(points).map_or(0.0, |g| g.covariance.trace().max(0.0).sqrt())
+}
+
+/// A primitive in the room's words. Its uncertainty is that of a least-squares fit to `own`
+/// points, residual times sqrt(k / n), and of their spacing where extents count.
+fn worded(
+    primitive: &Primitive,
+    own: &[Point3<f64>],
+    sensor: &Point3<f64>,
+    independent_share: f64,
+) -> Shape {
+    let n = (own.len() as f64).max(1.0);
+    let squares = own
+        .iter()
+        .map(|p| primitive.visible_distance_m(p, sensor).powi(2));
+    let residual_m = (squares.sum::<f64>() / n).sqrt();
+    let size_m = primitive.size_m();
+    let k = primitive.parameters() as f64;
+    let surface_sd = residual_m * (k / (n * independent_share).max(1.0)).sqrt();
+    let spacing = (size_m[0] * size_m[1].max(size_m[2]) / n).sqrt();
+    let extent_sd = surface_sd.hypot(spacing);
+    let (size_sd_m, centre_sd) = match primitive {
+        Primitive::Sphere(_) => ([2.0 * surface_sd; 3], surface_sd),
+        Primitive::Cylinder(_) => ([2.0 * surface_sd, 2.0 * surface_sd, extent_sd], extent_sd),
+        Primitive::Plane(_) => ([extent_sd, extent_sd, 0.0], extent_sd),
+    };
+    Shape {
+        class: primitive.class(),
+        method: Method::Ransac,
+        probability: 1.0,
+        alternatives: Vec::new(),
+        centre: primitive.centre(),
+        centre_sd_m: [centre_sd; 3],
+        rotation: primitive.rotation(sensor),
+        size_m,
+        size_sd_m,
+        residual_m,
+        inliers: own.len(),
+    }
+}
