@@ -1,9 +1,7 @@
 //! The command line as a whole, and the way from a command to its exit code.
 
 use super::failure::Outcome;
-use super::{
-    alarms, compare, config, devices, distance, emulate, fit, shapes, sweep, waypoints,
-};
+use super::{alarms, compare, config, devices, distance, emulate, fit, shapes, sweep, waypoints};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
