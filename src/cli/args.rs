@@ -1,7 +1,7 @@
 //! The command line as a whole, and the way from a command to its exit code.
 
 use super::failure::Outcome;
-use super::{alarms, compare, config, distance, fit, shapes, waypoints};
+use super::{alarms, compare, config, devices, distance, emulate, fit, shapes, sweep, waypoints};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -15,6 +15,12 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Both devices, byte for byte, on pseudo-terminals, until interrupted
+    Emulate(emulate::EmulateArgs),
+    /// Who answers on the ports: model, serial number, firmware, limits, health
+    Devices(devices::DevicesArgs),
+    /// One sweep of the place around the robot, as a cloud
+    Sweep(sweep::SweepArgs),
     /// Compare recorded clouds with the engine of the service
     Compare(compare::CompareArgs),
     /// The mixture of one recorded cloud
@@ -34,6 +40,9 @@ enum Command {
 /// Runs the command; a failure is one line (or one per mistake) on standard error.
 pub fn run(cli: Cli) -> ExitCode {
     let outcome: Outcome = match &cli.command {
+        Command::Emulate(args) => emulate::run(args),
+        Command::Devices(args) => devices::run(args),
+        Command::Sweep(args) => sweep::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Fit(args) => fit::run(args),
         Command::Distance(args) => distance::run(args),
