@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 use patrold::geometry::{Pose, RollPitchYaw, View};
-use patrold::novelty::{Prepared, Settings, find};
+use patrold::novelty::{Detection, Kind, Reference, Settings, Verdict, detect};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -61,23 +61,17 @@ fn moved(x: f64, y: f64, yaw_deg: f64) -> Pose {
     .with_translation([x, y, 0.0])
 }
 
-fn run(name: &str, reference: &View, current: &View, novel: impl Fn(usize) -> Option<bool>) {
+fn run(name: &str, reference: &View, current: &View, novel: impl Fn(usize) -> Option<bool>) -> Detection {
     let settings = Settings::default();
     let t = Instant::now();
-    let r = Prepared::of(reference, "reference", &settings.evidence).expect("ref");
+    let r = Reference::prepare(reference, &settings, 1).expect("a reference");
     let t1 = t.elapsed().as_millis();
-    let c = Prepared::of(current, "current", &settings.evidence).expect("cur");
-    let t2 = t.elapsed().as_millis();
-    let f = find(&r, &c, &settings).expect("found");
-    let t3 = t.elapsed().as_millis();
-    let mut hit = vec![false; current.points.len()];
-    for thing in &f.appeared {
-        for i in &thing.points {
-            hit[*i] = true;
-        }
-    }
+    let mut stages = Vec::new();
+    let f = detect(&r, current, &settings, 1, &mut |s| stages.push((s, t.elapsed().as_millis()))).expect("a detection");
+    let end = t.elapsed().as_millis();
+    let times: Vec<String> = stages.iter().enumerate().map(|(i, (s, at))| format!("{s:?} {}", stages.get(i + 1).map_or(end, |n| n.1) - at)).collect();
     let (mut tp, mut fp, mut fnn) = (0, 0, 0);
-    for (i, h) in hit.iter().enumerate() {
+    for (i, h) in f.labels.iter().enumerate() {
         match (novel(i), h) {
             (Some(true), true) => tp += 1,
             (Some(false), true) => fp += 1,
@@ -85,79 +79,21 @@ fn run(name: &str, reference: &View, current: &View, novel: impl Fn(usize) -> Op
             _ => {}
         }
     }
-    if std::env::var_os("MISS").is_some() {
-        let mut k = 0;
-        for (i, h) in hit.iter().enumerate() {
-            if novel(i) == Some(!h) && k < 60 {
-                k += 1;
-                let e = f.now[i];
-                let p = current.points[i];
-                println!(
-                    "   {} at {:.3} {:.3} {:.3} {:?} z {:.1} loose {:.1} {}",
-                    if *h { "FALSE" } else { "MISS" },
-                    p.x,
-                    p.y,
-                    p.z,
-                    e.sight,
-                    e.z,
-                    e.z_loose,
-                    e.empty
-                );
-            }
-        }
-    }
     let tr = f.registration.current_from_reference;
+    let count = |k: Kind| f.novelties.iter().filter(|n| n.kind == k).count();
     println!(
-        "{name:22} app {:2} dis {:2} prec {:.3} rec {:.3} tp {tp} fp {fp} fn {fnn} | t {:.4} rot {:.3}deg share {:.2} {} {:?} | sp {:.2}deg cell {:.3} noise {:.4}+{:.5} {:.4}+{:.5} btw {:?} | ms {t1} {} {}",
-        f.appeared.len(),
-        f.disappeared.len(),
-        f64::from(tp) / f64::from((tp + fp).max(1)),
-        f64::from(tp) / f64::from((tp + fnn).max(1)),
-        tr.translation.vector.norm(),
-        tr.rotation.angle().to_degrees(),
-        f.registration.share,
-        f.registration.converged,
-        f.registration.unobservable,
-        r.rays.spacing_rad.to_degrees(),
-        r.surfaces.cell_m,
-        r.noise.at_zero_m,
-        r.noise.per_m,
-        c.noise.at_zero_m,
-        c.noise.per_m,
-        f.between.map(|b| (
-            (b.ranges.at_zero_m * 1e4).round() / 1e4,
-            (b.ranges.per_m * 1e5).round() / 1e5,
-            (b.height_m * 1e4).round() / 1e4
-        )),
-        t2 - t1,
-        t3 - t2,
+        "{name:22} {:?} d {:.5} rest {:.5} work {:.4} app {:2} dis {:2} prec {:.3} rec {:.3} | t {:.4} rot {:.3}deg share {:.2} {:?} | comps {:?} overlap {:.2} {:.2} | {} | ref {t1} {}",
+        f.verdict, f.d_gmm, f.unexplained, f.work_m3, count(Kind::Appeared), count(Kind::Disappeared),
+        f64::from(tp) / f64::from((tp + fp).max(1)), f64::from(tp) / f64::from((tp + fnn).max(1)),
+        tr.translation.vector.norm(), tr.rotation.angle().to_degrees(), f.registration.share, f.registration.unobservable,
+        f.components, f.overlap[0], f.overlap[1], f.reason, times.join(" "),
     );
     if std::env::var_os("SHOW").is_some() {
-        for (word, things, p) in [("+", &f.appeared, &c), ("-", &f.disappeared, &r)] {
-            for th in things.iter() {
-                let m = th.points.iter().fold(nalgebra::Vector3::zeros(), |s, i| {
-                    s + p.view.points[*i].coords
-                }) / th.points.len() as f64;
-                let good = th
-                    .points
-                    .iter()
-                    .filter(|i| word == "+" && novel(**i) == Some(true))
-                    .count();
-                println!(
-                    "    {word} n {} good {good} support {:.0} width {:.2} {:.2} deg fill {:.2} empty {:.2} at {:.2} {:.2} {:.2}",
-                    th.points.len(),
-                    th.support,
-                    th.width_rad[0].to_degrees(),
-                    th.width_rad[1].to_degrees(),
-                    th.fill,
-                    th.empty,
-                    m.x,
-                    m.y,
-                    m.z
-                );
-            }
+        for n in &f.novelties {
+            println!("    {:?} n {} support {:.0} mass {:.5} contribution {:.5} moved {:?} at {:.2?} extent {:.2?} comps {}", n.kind, n.points.len(), n.support, n.mass, n.contribution, n.moved_from, n.moments.mean.coords.as_slice(), n.extent_m, n.mixture.len());
         }
     }
+    f
 }
 
 fn json(path: &Path) -> serde_json::Value {
@@ -176,32 +112,15 @@ fn semisynthetic() {
         let truth = labels(&file("labels"));
         let name = pair["name"].as_str().expect("a name");
         for (x, y, yaw) in [(0.0, 0.0, 0.0), (0.02, -0.022, 1.0), (-0.08, 0.06, -5.0)] {
-            if yaw != 0.0 && std::env::var_os("POSE").is_none() {
-                continue;
-            }
-            let origin = if std::env::var_os("ORIGIN0").is_some() {
-                Point3::origin()
-            } else {
-                moved(x, y, yaw) * Point3::origin()
-            };
-            run(
-                name,
-                &reference,
-                &View::bare(moved(x, y, yaw).transform_all(&current.points), origin),
-                |i| Some(truth[i] > 0),
-            );
+            if yaw != 0.0 && std::env::var_os("POSE").is_none() { continue; }
+            let origin = if std::env::var_os("ORIGIN0").is_some() { Point3::origin() } else { moved(x, y, yaw) * Point3::origin() };
+            run(name, &reference, &View::bare(moved(x, y, yaw).transform_all(&current.points), origin), |i| Some(truth[i] > 0));
         }
     }
 }
 
-trait All {
-    fn transform_all(&self, p: &[Point3<f64>]) -> Vec<Point3<f64>>;
-}
-impl All for Pose {
-    fn transform_all(&self, p: &[Point3<f64>]) -> Vec<Point3<f64>> {
-        p.iter().map(|p| self * p).collect()
-    }
-}
+trait All { fn transform_all(&self, p: &[Point3<f64>]) -> Vec<Point3<f64>>; }
+impl All for Pose { fn transform_all(&self, p: &[Point3<f64>]) -> Vec<Point3<f64>> { p.iter().map(|p| self * p).collect() } }
 
 #[test]
 fn spherecalib() {
@@ -212,28 +131,13 @@ fn spherecalib() {
         let file = |key: &str| root.join(pair[key].as_str().expect("a path"));
         let reference = View::bare(ply(&file("reference")), Point3::origin());
         let current = View::bare(ply(&file("current")), Point3::origin());
-        let name = pair["current"].as_str().expect("a name").to_owned()
-            + pair["reference"].as_str().expect("n");
-        let truth = if pair["labels"].is_string() {
-            labels(&file("labels"))
-        } else {
-            vec![0; current.points.len()]
-        };
-        run(&name, &reference, &current, |i| match truth[i] {
-            0 => Some(false),
-            1 => Some(true),
-            _ => None,
-        });
+        let name = pair["current"].as_str().expect("a name").to_owned() + pair["reference"].as_str().expect("n");
+        let truth = if pair["labels"].is_string() { labels(&file("labels")) } else { vec![0; current.points.len()] };
+        run(&name, &reference, &current, |i| match truth[i] { 0 => Some(false), 1 => Some(true), _ => None });
     }
     for k in 0..2 {
-        let reference = View::bare(
-            ply(&root.join(format!("nochange{k}_ref.ply"))),
-            Point3::origin(),
-        );
-        let current = View::bare(
-            ply(&root.join(format!("nochange{k}_cur.ply"))),
-            Point3::origin(),
-        );
+        let reference = View::bare(ply(&root.join(format!("nochange{k}_ref.ply"))), Point3::origin());
+        let current = View::bare(ply(&root.join(format!("nochange{k}_cur.ply"))), Point3::origin());
         run("nochange", &reference, &current, |_| Some(false));
     }
 }
@@ -245,21 +149,9 @@ fn viewpoint() {
     let manifest = json(&root.join("manifest_dev.json"));
     for pair in manifest["pairs"].as_array().expect("pairs") {
         let file = |key: &str| root.join(pair[key].as_str().expect("a path"));
-        let o = |key: &str| {
-            let a = pair[key].as_array().expect("origin");
-            Point3::new(
-                a[0].as_f64().expect("n"),
-                a[1].as_f64().expect("n"),
-                a[2].as_f64().expect("n"),
-            )
-        };
+        let o = |key: &str| { let a = pair[key].as_array().expect("origin"); Point3::new(a[0].as_f64().expect("n"), a[1].as_f64().expect("n"), a[2].as_f64().expect("n")) };
         let reference = View::bare(ply(&file("reference")), o("ref_sensor"));
         let current = View::bare(ply(&file("current")), o("cur_sensor"));
-        run(
-            pair["name"].as_str().expect("n"),
-            &reference,
-            &current,
-            |_| Some(false),
-        );
+        run(pair["name"].as_str().expect("n"), &reference, &current, |_| Some(false));
     }
 }

@@ -1,7 +1,7 @@
 //! The command line as a whole, and the way from a command to its exit code.
 
 use super::failure::Outcome;
-use super::{alarms, config, waypoints};
+use super::{alarms, config, distance, fit, waypoints};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -15,6 +15,10 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// The mixture of one recorded cloud
+    Fit(fit::FitArgs),
+    /// Earth Mover's Distance between two mixtures
+    Distance(distance::DistanceArgs),
     /// Check or show the configuration
     Config(config::ConfigArgs),
     /// Waypoints and their reference versions
@@ -26,6 +30,8 @@ enum Command {
 /// Runs the command; a failure is one line (or one per mistake) on standard error.
 pub fn run(cli: Cli) -> ExitCode {
     let outcome: Outcome = match &cli.command {
+        Command::Fit(args) => fit::run(args),
+        Command::Distance(args) => distance::run(args),
         Command::Config(args) => config::run(args),
         Command::Waypoints(args) => waypoints::run(args),
         Command::Alarms(args) => alarms::run(args),

@@ -3,8 +3,11 @@
 
 mod alarms;
 mod args;
+mod clouds;
 mod config;
+mod distance;
 mod failure;
+mod fit;
 mod output;
 mod table;
 mod waypoints;

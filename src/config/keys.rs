@@ -141,7 +141,7 @@ pub const KEYS: &[Key] = &[
     key(
         "mount.xyz_m",
         Floats(3, 3, -10.0, 10.0),
-        "[0.0, 0.0, 0.06]",
+        "[0.0, 0.0, 0.05]",
         "m",
         "Optical centre of the laser above the mounting plate: adapter plus height of the scan plane; measure yours.",
     ),

@@ -4,7 +4,9 @@
 mod cloud;
 mod lzf;
 mod pcd;
+mod pcd_header;
 mod ply;
+mod ply_header;
 mod ply_write;
 mod scalar;
 mod text;

@@ -2,35 +2,10 @@
 //! before it are skipped, those after it never looked at.
 
 use super::cloud::{CloudFile, FormatError};
+use super::ply_header::{Element, Encoding, FORMAT, Property, line_error, read_header};
 use super::scalar::{Endian, Scalar};
-use super::text::{Lines, count, number, quoted, words};
+use super::text::{Lines, number, quoted, words};
 use nalgebra::{Point3, Vector3};
-
-const FORMAT: &str = "PLY";
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Encoding {
-    Ascii,
-    Binary(Endian),
-}
-
-/// A property: one number, or a counted list of them.
-enum Property {
-    Scalar(Scalar),
-    List { count: Scalar, item: Scalar },
-}
-
-struct Element {
-    name: String,
-    count: u64,
-    /// Name and type, in file order.
-    properties: Vec<(String, Property)>,
-}
-
-struct Header {
-    encoding: Encoding,
-    elements: Vec<Element>,
-}
 
 /// Whether the first line is `ply`.
 pub fn looks_like_ply(bytes: &[u8]) -> bool {
@@ -79,102 +54,6 @@ pub fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
     }
 }
 
-fn line_error(lines: &Lines<'_>, expected: &str, got: impl Into<String>) -> FormatError {
-    FormatError::Line {
-        format: FORMAT,
-        line: lines.line.max(1),
-        expected: expected.to_owned(),
-        got: got.into(),
-    }
-}
-
-fn scalar(name: Option<&[u8]>) -> Option<Scalar> {
-    Some(match name? {
-        b"char" | b"int8" => Scalar::I8,
-        b"uchar" | b"uint8" => Scalar::U8,
-        b"short" | b"int16" => Scalar::I16,
-        b"ushort" | b"uint16" => Scalar::U16,
-        b"int" | b"int32" => Scalar::I32,
-        b"uint" | b"uint32" => Scalar::U32,
-        b"int64" => Scalar::I64,
-        b"uint64" => Scalar::U64,
-        b"float" | b"float32" => Scalar::F32,
-        b"double" | b"float64" => Scalar::F64,
-        _ => return None,
-    })
-}
-
-fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
-    let first = lines.next_line().unwrap_or_default();
-    if first != b"ply" {
-        return Err(line_error(lines, "`ply`", quoted(first)));
-    }
-    let mut encoding = None;
-    let mut elements: Vec<Element> = Vec::new();
-    loop {
-        let Some(line) = lines.next_line() else {
-            return Err(line_error(lines, "`end_header`", "the end of the file"));
-        };
-        let mut words = words(line);
-        let bad =
-            |lines: &Lines<'_>, expected: &str| Err(line_error(lines, expected, quoted(line)));
-        match words.next() {
-            None | Some(b"comment" | b"obj_info") => {}
-            Some(b"format") => {
-                encoding = Some(match words.next() {
-                    Some(b"ascii") => Encoding::Ascii,
-                    Some(b"binary_little_endian") => Encoding::Binary(Endian::Little),
-                    Some(b"binary_big_endian") => Encoding::Binary(Endian::Big),
-                    _ => {
-                        return bad(
-                            lines,
-                            "`format ascii|binary_little_endian|binary_big_endian 1.0`",
-                        );
-                    }
-                });
-            }
-            Some(b"element") => {
-                let (Some(name), Some(count)) = (words.next(), count(words.next())) else {
-                    return bad(lines, "`element NAME COUNT`");
-                };
-                elements.push(Element {
-                    name: String::from_utf8_lossy(name).into_owned(),
-                    count,
-                    properties: Vec::new(),
-                });
-            }
-            Some(b"property") => {
-                let Some(element) = elements.last_mut() else {
-                    return bad(lines, "an `element` before its properties");
-                };
-                let kind = words.next();
-                let property = if kind == Some(b"list") {
-                    match (scalar(words.next()), scalar(words.next())) {
-                        (Some(count), Some(item)) => Some(Property::List { count, item }),
-                        _ => None,
-                    }
-                } else {
-                    scalar(kind).map(Property::Scalar)
-                };
-                let (Some(property), Some(name)) = (property, words.next()) else {
-                    return bad(
-                        lines,
-                        "`property TYPE NAME` or `property list TYPE TYPE NAME`",
-                    );
-                };
-                let name = String::from_utf8_lossy(name).into_owned();
-                element.properties.push((name, property));
-            }
-            Some(b"end_header") => break,
-            Some(_) => return bad(lines, "a PLY header line"),
-        }
-    }
-    match encoding {
-        Some(encoding) => Ok(Header { encoding, elements }),
-        None => Err(line_error(lines, "a `format` line in the header", "none")),
-    }
-}
-
 /// Which properties of `vertex` hold what.
 struct Columns {
     xyz: [usize; 3],
@@ -205,6 +84,48 @@ impl Columns {
             xyz,
             normal: three(["nx", "ny", "nz"]),
         })
+    }
+
+    /// Offset and type of x y z and the normal within one vertex without lists.
+    fn offsets(&self, vertex: &Element) -> Option<Vec<(usize, Scalar)>> {
+        let mut places = Vec::with_capacity(vertex.properties.len());
+        let mut at = 0;
+        for (_, property) in &vertex.properties {
+            let Property::Scalar(scalar) = property else {
+                return None;
+            };
+            places.push((at, *scalar));
+            at += scalar.size();
+        }
+        let wanted = self
+            .xyz
+            .into_iter()
+            .chain(self.normal.into_iter().flatten());
+        wanted.map(|i| places.get(i).copied()).collect()
+    }
+
+    /// The points of `body`, a whole number of vertices of `stride` bytes.
+    fn gather(
+        &self,
+        body: &[u8],
+        stride: usize,
+        offsets: &[(usize, Scalar)],
+        endian: Endian,
+    ) -> CloudFile {
+        let mut cloud = self.cloud(body.len() / stride);
+        for vertex in body.chunks_exact(stride) {
+            let value = |i: usize| {
+                let place = offsets.get(i);
+                place
+                    .and_then(|(at, scalar)| scalar.read(vertex, *at, endian))
+                    .unwrap_or(f64::NAN)
+            };
+            cloud.points.push(Point3::new(value(0), value(1), value(2)));
+            if let Some(normals) = &mut cloud.normals {
+                normals.push(Vector3::new(value(3), value(4), value(5)));
+            }
+        }
+        cloud
     }
 
     fn cloud(&self, capacity: usize) -> CloudFile {
@@ -376,6 +297,11 @@ fn read_binary(
     columns: &Columns,
     endian: Endian,
 ) -> Result<CloudFile, FormatError> {
+    if let (Some(stride), Some(offsets)) = (stride(vertex), columns.offsets(vertex)) {
+        let end = skip_binary(bytes, at, vertex, endian)?;
+        let body = bytes.get(at..end).unwrap_or_default();
+        return Ok(columns.gather(body, stride, &offsets, endian));
+    }
     // Every vertex takes at least its x y z, so a count that the file cannot hold asks for no memory.
     let room = bytes.len().saturating_sub(at) / 3;
     let mut cloud = columns.cloud(usize::try_from(vertex.count).unwrap_or(room).min(room));
@@ -427,15 +353,15 @@ mod tests {
             kinds in proptest::array::uniform7(0usize..8),
             points in proptest::collection::vec(proptest::array::uniform6(0i8..=127), 0..20),
             list in 0u8..5,
+            lists in any::<bool>(),
         ) {
             let name = ["ascii", "binary_little_endian", "binary_big_endian"][encoding];
             let k = kinds.map(|i| TYPES[i]);
             let mut bytes = format!(
                 "ply\r\nformat {name} 1.0\ncomment made for a test\nelement camera 2\nproperty {} f\n\
-                 element face 1\nproperty list uchar short at\nelement vertex {}\nproperty {} y\nproperty list \
-                 uchar int l\nproperty {} x\nproperty {} nx\nproperty {} ny\nproperty {} nz\nproperty {} z\n\
+                 element face 1\nproperty list uchar short at\nelement vertex {}\nproperty {} y\n{}property {} x\nproperty {} nx\nproperty {} ny\nproperty {} nz\nproperty {} z\n\
                  element tail 1000000000000\nproperty int i\nend_header\n",
-                k[0], points.len(), k[1], k[2], k[3], k[4], k[5], k[6]
+                k[0], points.len(), k[1], if lists { "property list uchar int l\n" } else { "" }, k[2], k[3], k[4], k[5], k[6]
             ).into_bytes();
             let end = |out: &mut Vec<u8>| if encoding == 0 { out.push(b'\n') };
             for value in [1, 2] {
@@ -448,8 +374,10 @@ mod tests {
             end(&mut bytes);
             for p in &points {
                 put(&mut bytes, k[1], p[1], encoding);
-                put(&mut bytes, "uchar", i8::try_from(list).expect("small"), encoding);
-                for i in 0..list {
+                if lists {
+                    put(&mut bytes, "uchar", i8::try_from(list).expect("small"), encoding);
+                }
+                for i in 0..if lists { list } else { 0 } {
                     put(&mut bytes, "int", i8::try_from(i).expect("small"), encoding);
                 }
                 for (kind, value) in [(k[2], p[0]), (k[3], p[3]), (k[4], p[4]), (k[5], p[5]), (k[6], p[2])] {

@@ -1,84 +1,348 @@
 //! The whole comparison, step by step.
 
-use super::{Evidence, Judge, NoveltyError, Prepared, Settings, Thing, noise, segment};
-use crate::geometry::{Pose, Registration, register};
+use super::algorithm1;
+use super::quantify::{Balance, Side, novelty_mixture, quantify, split_settings};
+use super::verdict::{Findings, verdict};
+use super::{
+    Evidence, Judge, Kind, Model, Novelty, NoveltyError, Prepared, Segmentation, Settings, Sight,
+    Thing, Verdict, moved, noise, segment,
+};
+use crate::geometry::{NoiseLaw, Pose, Registration, View, register};
+use crate::mixture::{Components, FitSettings, Gaussian, Mixture, fit, split_until_flat};
+use nalgebra::Point3;
 
-/// What stands out.
-pub struct Found {
-    pub registration: Registration,
-    pub between: Option<noise::Between>,
-    pub appeared: Vec<Thing>,
-    pub disappeared: Vec<Thing>,
-    pub now: Vec<Evidence>,
-    pub then: Vec<Evidence>,
+/// The step that begins; lets the caller time them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Stage {
+    /// The current view is indexed and modelled.
+    Fit,
+    /// The views are brought together.
+    Register,
+    /// What changed is found.
+    Segment,
+    /// d_GMM is taken.
+    Distance,
 }
 
-/// Finds.
-pub fn find(
-    reference: &Prepared,
-    current: &Prepared,
+/// A reference made ready for any number of revisits.
+#[derive(Debug, Clone)]
+pub struct Reference {
+    /// The view, its rays, surfaces and noise.
+    pub prepared: Prepared,
+    /// Its mixture (Gamma of Algorithm 1).
+    pub mixture: Mixture,
+}
+
+impl Reference {
+    /// Indexes and models `view`; `seed` is that of fits with random starts.
+    ///
+    /// # Errors
+    /// A view with too few points or with coordinates that are not finite.
+    pub fn prepare(view: &View, settings: &Settings, seed: u64) -> Result<Self, NoveltyError> {
+        let prepared = Prepared::of(&within(view, settings).0, "reference", &settings.evidence)?;
+        let mixture = model(&prepared, settings, seed)?;
+        Ok(Self { prepared, mixture })
+    }
+}
+
+/// What a comparison found.
+#[derive(Debug, Clone)]
+pub struct Detection {
+    /// Quiet, changed or not observed.
+    pub verdict: Verdict,
+    /// Why.
+    pub reason: String,
+    /// d_GMM (Eq. 6), in the unit of the ground distance (metres but for fm).
+    pub d_gmm: f64,
+    /// The part of d_GMM that no novelty explains.
+    pub unexplained: f64,
+    /// d_GMM times the visible surface, m^2 m.
+    pub work_m3: f64,
+    /// The threshold in force, in the unit of d_GMM.
+    pub u_th: f64,
+    /// What came and what went; positions in the current view's frame.
+    pub novelties: Vec<Novelty>,
+    /// For each current point, whether it lies on a listed novelty that appeared.
+    pub labels: Vec<bool>,
+    /// How the views were brought together.
+    pub registration: Registration,
+    /// Components with mass: reference, current.
+    pub components: [usize; 2],
+    /// Noise used: reference, current.
+    pub noise: [NoiseLaw; 2],
+    /// Share of each view's surface that the other could see: reference, current.
+    pub overlap: [f64; 2],
+}
+
+/// Compares `current` with `reference`.
+///
+/// # Errors
+/// A view with too few points or with coordinates that are not finite; a mixture that cannot be
+/// fitted. All milder trouble is a verdict.
+pub fn detect(
+    reference: &Reference,
+    current: &View,
     settings: &Settings,
-) -> Result<Found, NoveltyError> {
-    let gate_m = gate_m(reference, current);
-    let registration = register(
-        &reference.surfaces,
-        &current.surfaces,
-        &Pose::identity(),
-        gate_m,
-        &settings.registration,
-    );
-    let current_from_reference = registration.current_from_reference;
-    let reference_from_current = current_from_reference.inverse();
-    let between = noise::between(
-        &reference.surfaces,
-        &reference.view.origin,
-        &current.view.points,
-        &registration,
-        2.0 * gate_m,
-    );
-    let now = Judge {
-        other: reference,
-        other_from_own: reference_from_current,
-        own_noise: current.noise,
-        between,
-        registration: &registration,
-        reference_from_own: reference_from_current,
-        settings: &settings.evidence,
+    seed: u64,
+    observer: &mut dyn FnMut(Stage),
+) -> Result<Detection, NoveltyError> {
+    observer(Stage::Fit);
+    let (near, original) = within(current, settings);
+    let now = Prepared::of(&near, "current", &settings.evidence)?;
+    let then = &reference.prepared;
+
+    observer(Stage::Register);
+    let pair = Pair::register(then, &now, settings);
+
+    observer(Stage::Segment);
+    let evidence = pair.judge(settings);
+    let things = match settings.segmentation {
+        Segmentation::Evidence => [
+            segment(then, &evidence[0], &settings.segment),
+            segment(&now, &evidence[1], &settings.segment),
+        ],
+        Segmentation::Mixture => {
+            let current_mixture = match settings.model {
+                Model::Refit => None,
+                Model::Independent { .. } => Some(model(&now, settings, seed)?),
+            };
+            algorithm1::segment(
+                &reference.mixture,
+                current_mixture,
+                &pair,
+                &evidence,
+                settings,
+            )?
+        }
+    };
+
+    observer(Stage::Distance);
+    let points = [points_of(&things[0]), points_of(&things[1])];
+    let sights = evidence.each_ref().map(|e| sights(e));
+    let sides = [
+        pair.side(0, &sights[0], &points[0]),
+        pair.side(1, &sights[1], &points[1]),
+    ];
+    let balance = quantify(&reference.mixture, &sides[0], &sides[1], &settings.quantify)?;
+    let novelties = tell(&things, &sides, &balance, &pair.registration)?;
+
+    let mut labels = vec![false; current.points.len()];
+    for i in points[1].iter().flatten() {
+        labels[original[*i]] = true;
     }
-    .judge(&current.view.points, &current.view.origin);
-    let then = Judge {
-        other: current,
-        other_from_own: current_from_reference,
-        own_noise: reference.noise,
-        between,
-        registration: &registration,
-        reference_from_own: Pose::identity(),
-        settings: &settings.evidence,
-    }
-    .judge(&reference.view.points, &reference.view.origin);
-    Ok(Found {
-        appeared: segment(current, &now, &settings.segment),
-        disappeared: segment(reference, &then, &settings.segment),
-        registration,
-        between,
-        now,
-        then,
+    let (verdict, reason) = verdict(
+        &Findings {
+            registration: &pair.registration,
+            disagreement: pair.disagreement(),
+            balance: &balance,
+            u_th: settings.u_th(),
+            listed: novelties.len(),
+        },
+        &settings.verdict,
+    );
+    Ok(Detection {
+        verdict,
+        reason,
+        d_gmm: balance.d,
+        unexplained: balance.rest,
+        work_m3: balance.work_m3,
+        u_th: settings.u_th(),
+        novelties,
+        labels,
+        components: balance.components,
+        noise: [then.noise, now.noise],
+        overlap: balance.overlap,
+        registration: pair.registration,
     })
 }
 
-/// Distance within which surfaces count as the same: three sigmas of both at the median range, and
-/// no less than 2 cm, the size of what surfaces bend by within a cell.
-fn gate_m(reference: &Prepared, current: &Prepared) -> f64 {
-    let middle = |p: &Prepared| {
-        let mut r: Vec<f64> = (0..p.view.points.len())
-            .map(|i| p.rays.range_m(i))
-            .collect();
-        let at = r.len() / 2;
-        *r.select_nth_unstable_by(at, f64::total_cmp).1
+/// Two views brought together.
+pub struct Pair<'a> {
+    /// The reference and the current view.
+    pub views: [&'a Prepared; 2],
+    /// How they lie on one another.
+    pub registration: Registration,
+    /// How well they agree on common surfaces.
+    pub between: Option<noise::Between>,
+}
+
+impl<'a> Pair<'a> {
+    fn register(then: &'a Prepared, now: &'a Prepared, settings: &Settings) -> Self {
+        let sigma_m = then
+            .noise
+            .sigma_m(then.middle_range_m)
+            .hypot(now.noise.sigma_m(now.middle_range_m));
+        let gate_m =
+            (settings.evidence.gate_sigmas * sigma_m).max(settings.evidence.least_gate_m);
+        let registration = register(
+            &then.surfaces,
+            &now.surfaces,
+            &Pose::identity(),
+            gate_m,
+            &settings.registration,
+        );
+        let between = noise::between(
+            &then.surfaces,
+            &then.view.origin,
+            &now.view.points,
+            &registration,
+            2.0 * gate_m,
+        );
+        Self {
+            views: [then, now],
+            registration,
+            between,
+        }
+    }
+
+    /// Maps view `side` (0 reference, 1 current) into the reference's frame.
+    pub fn reference_from(&self, side: usize) -> Pose {
+        if side == 0 {
+            Pose::identity()
+        } else {
+            self.registration.current_from_reference.inverse()
+        }
+    }
+
+    /// Judges each view's points by the other's rays.
+    fn judge(&self, settings: &Settings) -> [Vec<Evidence>; 2] {
+        [0, 1].map(|side| {
+            let (own, other) = (self.views[side], self.views[1 - side]);
+            Judge {
+                other,
+                other_from_own: self.reference_from(1 - side).inverse()
+                    * self.reference_from(side),
+                own_noise: own.noise,
+                between: self.between,
+                registration: &self.registration,
+                reference_from_own: self.reference_from(side),
+                settings: &settings.evidence,
+            }
+            .judge(&own.view.points, &own.view.origin)
+        })
+    }
+
+    fn side(
+        &self,
+        side: usize,
+        sights: &'a [Sight],
+        novelties: &'a [Vec<usize>],
+    ) -> Side<'a> {
+        Side {
+            own: self.views[side],
+            reference_from_own: self.reference_from(side),
+            sights,
+            novelties,
+        }
+    }
+
+    /// Noise between the views over the noise of both, at the reference's median range.
+    fn disagreement(&self) -> f64 {
+        let [then, now] = self.views;
+        let at = then.middle_range_m;
+        let both = then.noise.sigma_m(at).hypot(now.noise.sigma_m(at));
+        self.between.map_or(0.0, |b| b.ranges.sigma_m(at) / both)
+    }
+}
+
+/// The mixture of a view by itself, from its thinned surface.
+fn model(own: &Prepared, settings: &Settings, seed: u64) -> Result<Mixture, NoveltyError> {
+    let places: Vec<Point3<f64>> = own.surfaces.patches.iter().map(|p| p.mean).collect();
+    Ok(match settings.model {
+        Model::Refit => split_until_flat(&places, None, &split_settings(own))?,
+        Model::Independent { most } => {
+            let bic = FitSettings {
+                components: Components::Bic { max: most },
+                seed,
+                ..FitSettings::default()
+            };
+            fit(&places, None, &bic)?.mixture
+        }
+    })
+}
+
+/// The part of `view` within the range limit, and where each kept point stood.
+fn within(view: &View, settings: &Settings) -> (View, Vec<usize>) {
+    let Some(most_m) = settings.max_range_m else {
+        return (view.clone(), (0..view.points.len()).collect());
     };
-    let sigma = reference
-        .noise
-        .sigma_m(middle(reference))
-        .hypot(current.noise.sigma_m(middle(current)));
-    (3.0 * sigma).max(0.02)
+    let kept: Vec<usize> = (0..view.points.len())
+        .filter(|i| (view.points[*i] - view.origin).norm() <= most_m)
+        .collect();
+    let near = View {
+        points: kept.iter().map(|i| view.points[*i]).collect(),
+        ..view.clone()
+    };
+    (near, kept)
+}
+
+fn points_of(things: &[Thing]) -> Vec<Vec<usize>> {
+    things.iter().map(|t| t.points.clone()).collect()
+}
+
+fn sights(evidence: &[Evidence]) -> Vec<Sight> {
+    evidence.iter().map(|e| e.sight).collect()
+}
+
+/// Novelties as they are told: disappeared first, then appeared, positions in the current frame.
+fn tell(
+    things: &[Vec<Thing>; 2],
+    sides: &[Side<'_>; 2],
+    balance: &Balance,
+    registration: &Registration,
+) -> Result<Vec<Novelty>, NoveltyError> {
+    let mut told = Vec::new();
+    for (side, kind) in [(0, Kind::Disappeared), (1, Kind::Appeared)] {
+        let shares = [&balance.disappeared, &balance.appeared][side];
+        let current_from_own =
+            registration.current_from_reference * sides[side].reference_from_own;
+        for (thing, (mass, contribution)) in things[side].iter().zip(shares) {
+            let places: Vec<Point3<f64>> = thing
+                .points
+                .iter()
+                .map(|i| current_from_own * sides[side].own.view.points[*i])
+                .collect();
+            let Some(moments) = Gaussian::of_points(&places) else {
+                continue;
+            };
+            told.push(Novelty {
+                kind,
+                moved_from: None,
+                points: thing.points.clone(),
+                moments,
+                mixture: carried(
+                    novelty_mixture(&sides[side], &thing.points)?,
+                    &registration.current_from_reference,
+                ),
+                extent_m: extent(&places),
+                mass: *mass,
+                contribution: *contribution,
+                support: thing.support,
+            });
+        }
+    }
+    moved::link(&mut told);
+    Ok(told)
+}
+
+/// The same mixture in another frame.
+fn carried(mut mixture: Mixture, pose: &Pose) -> Mixture {
+    let turn = pose.rotation.to_rotation_matrix().into_inner();
+    for g in &mut mixture.components {
+        *g = Gaussian {
+            mean: pose * g.mean,
+            covariance: turn * g.covariance * turn.transpose(),
+        };
+    }
+    mixture
+}
+
+fn extent(places: &[Point3<f64>]) -> [f64; 3] {
+    [0, 1, 2].map(|axis| {
+        let (low, high) = places.iter().fold(
+            (f64::INFINITY, f64::NEG_INFINITY),
+            |(low, high), p| (low.min(p[axis]), high.max(p[axis])),
+        );
+        high - low
+    })
 }

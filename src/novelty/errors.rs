@@ -1,7 +1,7 @@
 //! Why two views cannot be compared at all.
 
 /// What is wrong with a view; everything milder is a verdict.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum NoveltyError {
     /// A view that says nothing.
     #[error("{which}: got {got} points, expected at least {expected}")]
@@ -21,4 +21,10 @@ pub enum NoveltyError {
         /// Index of the point.
         at: usize,
     },
+    /// A mixture that cannot be fitted.
+    #[error("mixture: {0}")]
+    Mixture(#[from] crate::mixture::MixtureError),
+    /// Mixtures that cannot be compared.
+    #[error("distance: {0}")]
+    Distance(#[from] crate::distance::DistanceError),
 }

@@ -1,18 +1,27 @@
 //! Takes two views and their mixtures, gives what changed (paper section III.C, Algorithm 1).
 
+mod algorithm1;
 mod detect;
 mod errors;
 mod model;
-pub mod noise;
+mod moved;
+mod noise;
 mod prepared;
+mod quantify;
 mod segment;
 mod settings;
+mod verdict;
 mod visibility;
 
-pub use detect::{Found, find};
+pub use detect::{Detection, Pair, Reference, Stage, detect};
 pub use errors::NoveltyError;
 pub use model::{Kind, Novelty, Verdict};
+pub use noise::Between;
 pub use prepared::Prepared;
+pub use quantify::Balance;
 pub use segment::{Thing, segment};
-pub use settings::{EvidenceSettings, SegmentSettings, Settings};
+pub use settings::{
+    EvidenceSettings, Model, QuantifySettings, SegmentSettings, Segmentation, Settings,
+    VerdictSettings,
+};
 pub use visibility::{Evidence, Judge, Sight};

@@ -17,6 +17,8 @@ pub struct Prepared {
     pub surfaces: Surfaces,
     /// How noisy its ranges are: stated by the sensor, or read off its flat places.
     pub noise: NoiseLaw,
+    /// Median of its ranges, metres.
+    pub middle_range_m: f64,
 }
 
 impl Prepared {
@@ -47,9 +49,9 @@ impl Prepared {
         }
         let rays = Rays::of(view);
         let mut ranges: Vec<f64> = (0..got).map(|i| rays.range_m(i)).collect();
-        let (_, middle, _) = ranges.select_nth_unstable_by(got / 2, f64::total_cmp);
-        let cell_m =
-            (0.5 * rays.spacing_rad * *middle).clamp(settings.least_cell_m, settings.most_cell_m);
+        let middle_range_m = *ranges.select_nth_unstable_by(got / 2, f64::total_cmp).1;
+        let cell_m = (0.5 * rays.spacing_rad * middle_range_m)
+            .clamp(settings.least_cell_m, settings.most_cell_m);
         let surfaces = Surfaces::of(&view.points, &view.origin, rays.spacing_rad, cell_m);
         let floor = settings.least_noise;
         let found = view
@@ -65,6 +67,7 @@ impl Prepared {
             rays,
             surfaces,
             noise,
+            middle_range_m,
         })
     }
 }

@@ -108,7 +108,8 @@ fn root(parent: &mut [usize], mut i: usize) -> usize {
     i
 }
 
-fn measure(
+/// Support, widths and fill of a set of points.
+pub fn measure(
     own: &Prepared,
     evidence: &[Evidence],
     points: Vec<usize>,

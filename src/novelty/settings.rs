@@ -1,12 +1,21 @@
 //! Every constant that decides about novelties, with its unit and where it comes from.
 
+use crate::distance::Ground;
 use crate::geometry::{NoiseLaw, RegistrationSettings};
 
 /// What the engine is asked to do. The defaults are the standard engine's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Distance in metres from which a place counts as changed (U_th of Eq. 7).
+    /// Distance in metres from which a place counts as changed (U_th of Eq. 7). Quiet pairs lie at
+    /// zero but for weights that sampling does not explain; the smallest thing that passes the gates
+    /// of [`SegmentSettings`], some 1e-3 sr in a view of 5 sr, moves 2e-4 of the mass by metres.
     pub u_th_m: f64,
+    /// The same for [`Ground::Fm`], which is no length.
+    pub u_th_fm: f64,
+    /// How changes are found.
+    pub segmentation: Segmentation,
+    /// What the revisit's mixture starts from, where changes are found in mixtures.
+    pub model: Model,
     /// Points further from the sensor than this are not looked at, metres.
     pub max_range_m: Option<f64>,
     /// How the views are brought together.
@@ -15,16 +24,101 @@ pub struct Settings {
     pub evidence: EvidenceSettings,
     /// How deviating points become things.
     pub segment: SegmentSettings,
+    /// How d_GMM is taken.
+    pub quantify: QuantifySettings,
+    /// When nothing can be said.
+    pub verdict: VerdictSettings,
+}
+
+/// Where changes are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Segmentation {
+    /// In points and rays: what the other view looked through.
+    Evidence,
+    /// In the mixtures: Algorithm 1 as the paper has it.
+    Mixture,
+}
+
+/// What the revisit's mixture starts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Model {
+    /// The reference's components, frozen; new ones where points stay unexplained.
+    Refit,
+    /// Nothing: both views are fitted alone, with as many components (at most `most`) as the
+    /// Bayesian information criterion asks for.
+    Independent {
+        /// Most components tried.
+        most: usize,
+    },
+}
+
+impl Settings {
+    /// U_th in the unit of the ground distance in force.
+    pub fn u_th(&self) -> f64 {
+        match self.quantify.ground {
+            Ground::W2 | Ground::Euclid => self.u_th_m,
+            Ground::Fm => self.u_th_fm,
+        }
+    }
+}
+
+/// How d_GMM is taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct QuantifySettings {
+    /// Ground distance of Eq. 5.
+    pub ground: Ground,
+    /// Weights that differ by fewer standard deviations of sampling are equal: 1 in 2 million
+    /// components by chance.
+    pub weight_sigmas: f64,
+}
+
+impl Default for QuantifySettings {
+    fn default() -> Self {
+        Self {
+            ground: Ground::W2,
+            weight_sigmas: 5.0,
+        }
+    }
+}
+
+/// When nothing can be said.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VerdictSettings {
+    /// A correction beyond this is not a robot that stopped at its waypoint, metres.
+    pub most_shift_m: f64,
+    /// The same for turns, radians.
+    pub most_turn_rad: f64,
+    /// Ratio of the distance between common surfaces to the views' own noise beyond which the
+    /// registration or one of the scans is bent.
+    pub most_disagreement: f64,
+    /// Least share of either view's surface that the other could see.
+    pub least_overlap: f64,
+}
+
+impl Default for VerdictSettings {
+    fn default() -> Self {
+        Self {
+            most_shift_m: 1.0,
+            most_turn_rad: 0.5,
+            most_disagreement: 1.7,
+            least_overlap: 0.25,
+        }
+    }
 }
 
 impl Default for Settings {
     fn default() -> Self {
         Self {
             u_th_m: 5e-4,
+            u_th_fm: 2e-3,
+            segmentation: Segmentation::Evidence,
+            model: Model::Refit,
             max_range_m: None,
             registration: RegistrationSettings::default(),
             evidence: EvidenceSettings::default(),
             segment: SegmentSettings::default(),
+            quantify: QuantifySettings::default(),
+            verdict: VerdictSettings::default(),
         }
     }
 }
@@ -36,6 +130,10 @@ pub struct EvidenceSettings {
     pub least_cell_m: f64,
     /// Largest edge of the thinning cells, metres: still smaller than the things looked for.
     pub most_cell_m: f64,
+    /// Surfaces this many sigmas apart count as the same in the end of the registration.
+    pub gate_sigmas: f64,
+    /// The same at least, metres: surfaces bend by that much within a cell.
+    pub least_gate_m: f64,
     /// Smallest noise believed, whatever the data say: quantisation and bent surfaces remain.
     pub least_noise: NoiseLaw,
     /// Deviations beyond this many sigmas weigh no more (design section 5).
@@ -53,6 +151,8 @@ impl Default for EvidenceSettings {
         Self {
             least_cell_m: 0.05,
             most_cell_m: 0.2,
+            gate_sigmas: 3.0,
+            least_gate_m: 0.02,
             least_noise: NoiseLaw {
                 at_zero_m: 0.003,
                 per_m: 0.0005,

@@ -57,8 +57,8 @@ pub(super) const BOUNDS: Bounds = Bounds {
 
 /// Least number of points that bear a shape: nine moments need some more points than moments.
 pub(super) const LEAST_POINTS: usize = 10;
-/// Points below this range from the sensor, or spread less than this, carry no shape, metres
-/// (the sensor's resolution).
+/// Points whose second principal standard deviation is less than this are a line or a spot and
+/// carry no shape, metres (the sensor's resolution).
 pub(super) const LEAST_SPREAD_M: f64 = 1e-3;
 /// Added to observed and to model standard deviations alike, so that the logarithm of a flat
 /// thing's thickness stays finite, metres (the sensor's quantisation).
@@ -78,7 +78,7 @@ pub(super) const ROUGHNESS_SHARE: f64 = 0.02;
 /// ideal shape, not noise, sets what they can tell.
 pub(super) const MOST_WITNESSES: f64 = 150.0;
 /// Points that take part in a fit; more of them add time, not knowledge (see above).
-pub(super) const MOST_FITTED_POINTS: usize = 256;
+pub(super) const MOST_FITTED_POINTS: usize = 160;
 /// Where the pull of an outlying point levels off, in standard deviations.
 pub(super) const OUTLIER_SIGMAS: f64 = 3.0;
 /// A cylinder shorter than this share of its width, or whose axis lies within
@@ -107,6 +107,8 @@ pub(super) const LEAST_PART_SHARE: f64 = 0.08;
 pub(super) const MOST_CONSENSUS_POINTS: usize = 2000;
 /// Neighbours that give a normal.
 pub(super) const NORMAL_NEIGHBOURS: usize = 12;
+/// Fits of one class and cost whose centres lie closer are the same, metres.
+pub(super) const SAME_ANSWER_M: f64 = 2e-3;
 /// Prior precision of every fitted parameter (units: spreads, radians, logarithms): keeps what
 /// the data leave open finite, at ten units.
 pub(super) const PRIOR_PRECISION: f64 = 1e-2;

@@ -2,7 +2,7 @@
 
 use super::constants::{
     LEAST_AXIS_VIEW_RAD, LEAST_LENGTH_SHARE, MOST_FITTED_POINTS, MOST_WITNESSES, PROMISING_COST,
-    ROUGHNESS_SHARE, UNLIKELY_PENALTY,
+    ROUGHNESS_SHARE, SAME_ANSWER_M, UNLIKELY_PENALTY,
 };
 use super::matching::{Matched, Observed, Witness, matched};
 use super::primitive::Primitive;
@@ -86,7 +86,7 @@ fn observed(
     let stride = points.len().div_ceil(MOST_FITTED_POINTS).max(1);
     Observed::new(
         &moments.covariance,
-        points.len() as f64 * settings.independent_share,
+        (points.len() as f64 * settings.independent_share.min(1.0)).max(1.0),
         noise_m,
         Point3::from(sensor - moments.mean),
         points
@@ -104,6 +104,11 @@ fn promising(mut fits: Vec<Matched>) -> Vec<Matched> {
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let least = fits.first().map_or(0.0, |f| f.cost);
     fits.retain(|f| f.cost <= least + PROMISING_COST);
+    // Several starts that ended in one place are one answer.
+    fits.dedup_by(|later, kept| {
+        let apart = (later.primitive.centre() - kept.primitive.centre()).norm();
+        (later.cost - kept.cost).abs() < 1e-3 * (1.0 + kept.cost) && apart < SAME_ANSWER_M
+    });
     fits
 }
 

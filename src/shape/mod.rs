@@ -7,6 +7,8 @@
 mod constants;
 mod covariance;
 mod euclidean;
+#[cfg(test)]
+mod laws;
 mod lengths;
 mod matching;
 mod model;

@@ -45,8 +45,11 @@ fn read_ply(path: &Path) -> Vec<Point3<f64>> {
         .collect()
 }
 
-/// Name, type, points, sensor of every object of the manifest.
-fn manifest(folder: &Path) -> Vec<(String, String, Vec<Point3<f64>>, Point3<f64>)> {
+/// Name, type, points and sensor of an object.
+type Object = (String, String, Vec<Point3<f64>>, Point3<f64>);
+
+/// Every object of the manifest.
+fn manifest(folder: &Path) -> Vec<Object> {
     let text = std::fs::read_to_string(folder.join("manifest_dev.json")).expect("a manifest");
     let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let objects = json["objects"].as_array().expect("a list of objects");

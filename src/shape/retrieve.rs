@@ -1,6 +1,6 @@
 //! The front door: both methods on one novelty, and the choice between them.
 
-use super::constants::{LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SHARE};
+use super::constants::{LEAST_NOISE_M, LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SHARE};
 use super::covariance::{Candidate, candidates};
 use super::euclidean::{by_consensus, parts};
 use super::lengths::measured;
@@ -61,7 +61,10 @@ pub fn retrieve(
     seed: u64,
 ) -> Result<Retrieval, ShapeError> {
     let own = checked(points, sensor_origin)?;
-    let noise_m = settings.noise.sigma_m((own.mean - sensor_origin).norm());
+    let noise_m = settings
+        .noise
+        .sigma_m((own.mean - sensor_origin).norm())
+        .max(LEAST_NOISE_M);
     let moments = if settings.moments_of_mixture {
         total_moments(mixture).unwrap_or(own)
     } else {

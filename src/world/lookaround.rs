@@ -1,6 +1,6 @@
 //! One revolution of the laser, in the sensor's own units.
 
-use super::cast::World;
+use super::cast::{Ray, World};
 use super::constants::{CODE_NO_STEP, FIRST_STEP, LAST_STEP, MAX_RANGE_MM, STEPS_PER_TURN};
 use super::noise::{NoiseOptions, TrueBeam};
 use super::robot::Robot;
@@ -33,7 +33,8 @@ impl Lookaround {
         let truth: Vec<Option<TrueBeam>> = (FIRST_STEP..=LAST_STEP)
             .map(|step| {
                 let (pan_rad, tilt_rad) = attitude_at(start + period * step / STEPS_PER_TURN);
-                true_beam(&self.world, &self.robot, step, pan_rad, tilt_rad).map(|(beam, _)| beam)
+                true_beam(&self.world, &self.robot.beam(step, pan_rad, tilt_rad))
+                    .map(|(beam, _)| beam)
             })
             .collect();
         out.fill(CODE_NO_STEP);
@@ -44,15 +45,9 @@ impl Lookaround {
     }
 }
 
-/// What the beam of `step` truly meets within the sensor's reach, and the index of the thing it meets.
-pub(super) fn true_beam(
-    world: &World,
-    robot: &Robot,
-    step: u32,
-    pan_rad: f64,
-    tilt_rad: f64,
-) -> Option<(TrueBeam, usize)> {
-    let hit = world.cast(&robot.beam(step, pan_rad, tilt_rad), MAX_RANGE_MM / 1000.0)?;
+/// What a beam truly meets within the sensor's reach, and the index of the thing it meets.
+pub(super) fn true_beam(world: &World, ray: &Ray) -> Option<(TrueBeam, usize)> {
+    let hit = world.cast(ray, MAX_RANGE_MM / 1000.0)?;
     let beam = TrueBeam {
         range_m: hit.range_m,
         cos_incidence: hit.cos_incidence,

@@ -13,11 +13,13 @@ mod lookaround;
 mod noise;
 mod person;
 mod robot;
+mod room;
 mod sample;
 mod scene;
 mod scene_file;
 mod solid;
 mod surfel;
+mod tables;
 
 pub use body::Body;
 pub use cast::{Hit, ObjectInfo, Ray, World};

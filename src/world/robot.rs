@@ -102,11 +102,18 @@ impl Robot {
 
     /// The beam of `step` in the map, at this attitude of the pan-tilt in radians.
     pub fn beam(&self, step: u32, pan_rad: f64, tilt_rad: f64) -> Ray {
-        let map_from_laser = self.pose * self.mount.base_from_laser(pan_rad, tilt_rad);
-        Ray {
-            origin: map_from_laser * Point3::origin(),
-            direction: map_from_laser.rotation * direction_of(step),
-        }
+        beam_of(
+            step,
+            &(self.pose * self.mount.base_from_laser(pan_rad, tilt_rad)),
+        )
+    }
+}
+
+/// The beam of `step` of a laser at this pose in the map.
+pub(super) fn beam_of(step: u32, map_from_laser: &Pose) -> Ray {
+    Ray {
+        origin: map_from_laser * Point3::origin(),
+        direction: map_from_laser.rotation * direction_of(step),
     }
 }
 

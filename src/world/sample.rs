@@ -4,7 +4,7 @@ use super::cast::World;
 use super::constants::{FIRST_STEP, FREE_RANGE_M, LAST_STEP, MIN_RANGE_MM};
 use super::lookaround::true_beam;
 use super::noise::{NoiseOptions, TrueBeam};
-use super::robot::{Robot, direction_of};
+use super::robot::{Robot, beam_of, direction_of};
 use crate::geometry::View;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
@@ -111,13 +111,14 @@ fn sample_row(
     noise: &NoiseOptions,
     start: Duration,
 ) -> Row {
+    let base_from_laser = robot.mount.base_from_laser(rows.pan_rad, tilt_rad);
+    let map_from_laser = robot.pose * base_from_laser;
     let truth: Vec<Option<(TrueBeam, usize)>> = rows
         .steps
         .clone()
-        .map(|step| true_beam(world, robot, step, rows.pan_rad, tilt_rad))
+        .map(|step| true_beam(world, &beam_of(step, &map_from_laser)))
         .collect();
     let beams: Vec<Option<TrueBeam>> = truth.iter().map(|t| t.map(|(beam, _)| beam)).collect();
-    let base_from_laser = robot.mount.base_from_laser(rows.pan_rad, tilt_rad);
     let mut row = Row::default();
     let values = noise.measure(&beams, start);
     for ((value, truth), step) in values.into_iter().zip(truth).zip(rows.steps.clone()) {
@@ -132,3 +133,6 @@ fn sample_row(
     }
     row
 }
+
+#[cfg(test)]
+mod tests;

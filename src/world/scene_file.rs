@@ -1,10 +1,11 @@
 //! The text of a scene file: its tables, and the lines they stand on.
 
-use super::body::{
-    Body, BoxTable, ConeTable, CylinderTable, DoorTable, Mistake, PersonTable, PlaneTable,
-    RoomTable, Rule, SphereTable,
-};
+use super::body::Body;
 use super::scene::SceneError;
+use super::tables::{
+    BoxTable, ConeTable, CylinderTable, DoorTable, Mistake, PersonTable, PlaneTable, RoomTable,
+    Rule, SphereTable,
+};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;

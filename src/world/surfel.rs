@@ -148,6 +148,7 @@ fn surfel(point: &Point3<f64>, points: &[Point3<f64>], tree: &Bvh, origin: &Poin
 mod tests {
     use super::Surfels;
     use nalgebra::{Point3, Vector3};
+    use std::f64::consts::{PI, TAU};
 
     #[test]
     fn a_sampled_wall_and_ball_stop_rays_where_they_stand() {
@@ -160,7 +161,7 @@ mod tests {
         }
         for i in 0..40 {
             for j in 0..80 {
-                let (t, p) = (f64::from(i) / 40.0 * 3.14, f64::from(j) / 80.0 * 6.28);
+                let (t, p) = (PI * f64::from(i) / 40.0, TAU * f64::from(j) / 80.0);
                 points.push(Point3::new(
                     2.0 + 0.4 * t.sin() * p.cos(),
                     0.4 * t.sin() * p.sin(),

@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn degenerate_clouds_get_finite_normals() {
-        let same = vec![Point3::new(1.0, 1.0, 1.0); 5];
+        let same = [Point3::new(1.0, 1.0, 1.0); 5];
         for points in [&same[..], &same[..1], &[]] {
             for n in estimate_normals(points, &Point3::origin(), 8) {
                 assert!((n.norm() - 1.0).abs() < 1e-9);

@@ -1,0 +1,78 @@
+//! Recorded clouds from files, for the commands that take them.
+
+use super::failure::Failure;
+use crate::formats::{CloudFile, read_cloud, split_finite};
+use nalgebra::{Point3, Vector3};
+use std::fs;
+use std::path::Path;
+
+/// A recorded cloud with its non-finite points set aside.
+#[derive(Debug, Clone)]
+pub struct LoadedCloud {
+    /// Finite points, metres.
+    pub points: Vec<Point3<f64>>,
+    /// Normals of those points, where the file has them.
+    pub normals: Option<Vec<Vector3<f64>>>,
+    /// Index in the file of each point.
+    pub file_index: Vec<usize>,
+    /// Points in the file, non-finite ones included.
+    pub in_file: usize,
+}
+
+impl LoadedCloud {
+    /// Non-finite points that were dropped.
+    pub fn dropped(&self) -> usize {
+        self.in_file - self.points.len()
+    }
+}
+
+/// Reads the cloud in `path`.
+///
+/// # Errors
+/// The file is missing, is no cloud, or has no finite point.
+pub fn load(path: &Path) -> Result<LoadedCloud, Failure> {
+    let named =
+        |error: &dyn std::fmt::Display| Failure::Failed(format!("{}: {error}", path.display()));
+    let bytes = fs::read(path).map_err(|error| named(&error))?;
+    let extension = path.extension().and_then(|e| e.to_str());
+    let CloudFile { points, normals } =
+        read_cloud(&bytes, extension).map_err(|error| named(&error))?;
+    let (finite, file_index) = split_finite(&points);
+    if finite.is_empty() {
+        let n = points.len();
+        return Err(named(&format!(
+            "no finite point among {n}; record the cloud again"
+        )));
+    }
+    let keep = |all: Vec<Vector3<f64>>| {
+        file_index
+            .iter()
+            .filter_map(|i| all.get(*i).copied())
+            .collect()
+    };
+    Ok(LoadedCloud {
+        points: finite,
+        normals: normals.map(keep),
+        in_file: points.len(),
+        file_index,
+    })
+}
+
+/// Reads `X,Y,Z` in metres.
+///
+/// # Errors
+/// What was expected.
+pub fn parse_point(text: &str) -> Result<Point3<f64>, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|part| part.trim().parse::<f64>().ok().filter(|x| x.is_finite()))
+        .collect::<Option<_>>()
+        .ok_or_else(|| format!("expected three numbers X,Y,Z, got {text:?}"))?;
+    match numbers[..] {
+        [x, y, z] => Ok(Point3::new(x, y, z)),
+        _ => Err(format!(
+            "expected three numbers X,Y,Z, got {}",
+            numbers.len()
+        )),
+    }
+}

@@ -1,0 +1,179 @@
+//! The header of a PCD: which fields a point has, how many points follow, written how.
+
+use super::cloud::FormatError;
+use super::scalar::Scalar;
+use super::text::{Lines, count, quoted, words};
+
+/// Name of the format in messages.
+pub const FORMAT: &str = "PCD";
+/// Larger `COUNT`s (the widest known descriptor has 1980) are taken for damage.
+const MAX_FIELD_COUNT: u64 = 1 << 20;
+
+/// One named column, possibly of several numbers.
+pub struct Field {
+    /// As written.
+    pub name: Vec<u8>,
+    /// Type of its numbers.
+    pub scalar: Scalar,
+    /// How many numbers it has.
+    pub count: usize,
+}
+
+/// How the data are written.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Data {
+    /// As text, one point per line.
+    Ascii,
+    /// Point by point.
+    Binary,
+    /// LZF over field by field.
+    Compressed,
+}
+
+/// What the header says.
+pub struct Header {
+    /// In file order.
+    pub fields: Vec<Field>,
+    /// As the header claims.
+    pub points: u64,
+    /// How the data are written.
+    pub data: Data,
+}
+
+/// An error at the line that was read last.
+pub fn line_error(
+    lines: &Lines<'_>,
+    expected: impl Into<String>,
+    got: impl Into<String>,
+) -> FormatError {
+    FormatError::Line {
+        format: FORMAT,
+        line: lines.line.max(1),
+        expected: expected.into(),
+        got: got.into(),
+    }
+}
+
+/// Reads the header up to and with `DATA`.
+///
+/// # Errors
+/// [`FormatError::Line`] at the first line that is no PCD header line, or if the lines contradict each other.
+pub fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
+    let mut names: Vec<&[u8]> = Vec::new();
+    let (mut sizes, mut types, mut counts) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut width, mut height, mut points) = (None, None, None);
+    let data = loop {
+        let Some(line) = lines.next_filled() else {
+            return Err(line_error(lines, "a `DATA` line", "the end of the file"));
+        };
+        if line.starts_with(b"#") {
+            continue;
+        }
+        let mut words = words(line);
+        let keyword = words.next().unwrap_or_default();
+        let numbers = |words: &mut dyn Iterator<Item = &[u8]>| -> Option<Vec<u64>> {
+            words.map(|w| count(Some(w))).collect()
+        };
+        let bad = |expected: &str| Err(line_error(lines, expected, quoted(line)));
+        match keyword {
+            b"VERSION" | b"VIEWPOINT" => {}
+            b"FIELDS" | b"COLUMNS" => names = words.collect(),
+            b"TYPE" => types = words.collect(),
+            b"SIZE" => match numbers(&mut words) {
+                Some(given) => sizes = given,
+                None => return bad("whole numbers after `SIZE`"),
+            },
+            b"COUNT" => match numbers(&mut words) {
+                Some(given) if given.iter().all(|n| *n <= MAX_FIELD_COUNT) => counts = given,
+                _ => return bad("small whole numbers after `COUNT`"),
+            },
+            b"WIDTH" | b"HEIGHT" | b"POINTS" => {
+                let Some(given) = count(words.next()) else {
+                    return bad("a whole number after `WIDTH`, `HEIGHT`, `POINTS`");
+                };
+                match keyword {
+                    b"WIDTH" => width = Some(given),
+                    b"HEIGHT" => height = Some(given),
+                    _ => points = Some(given),
+                }
+            }
+            b"DATA" => match words.next() {
+                Some(b"ascii") => break Data::Ascii,
+                Some(b"binary") => break Data::Binary,
+                Some(b"binary_compressed") => break Data::Compressed,
+                _ => return bad("`DATA ascii|binary|binary_compressed`"),
+            },
+            _ => return bad("a PCD header line"),
+        }
+    };
+    if sizes.len() != names.len() || types.len() != names.len() {
+        let got = format!(
+            "{} FIELDS, {} SIZE, {} TYPE",
+            names.len(),
+            sizes.len(),
+            types.len()
+        );
+        return Err(line_error(lines, "one SIZE and TYPE per field", got));
+    }
+    if counts.is_empty() {
+        counts = vec![1; names.len()];
+    }
+    if counts.len() != names.len() {
+        let got = format!("{} FIELDS, {} COUNT", names.len(), counts.len());
+        return Err(line_error(lines, "one COUNT per field", got));
+    }
+    let mut fields = Vec::with_capacity(names.len());
+    for (((name, size), kind), count) in names.iter().zip(&sizes).zip(&types).zip(&counts) {
+        let scalar = match (*kind, size) {
+            (b"I", 1) => Scalar::I8,
+            (b"I", 2) => Scalar::I16,
+            (b"I", 4) => Scalar::I32,
+            (b"I", 8) => Scalar::I64,
+            (b"U", 1) => Scalar::U8,
+            (b"U", 2) => Scalar::U16,
+            (b"U", 4) => Scalar::U32,
+            (b"U", 8) => Scalar::U64,
+            (b"F", 4) => Scalar::F32,
+            (b"F", 8) => Scalar::F64,
+            _ => {
+                let got = format!("TYPE {} SIZE {size}", quoted(kind));
+                return Err(line_error(
+                    lines,
+                    "types I, U of 1, 2, 4, 8 or F of 4, 8 bytes",
+                    got,
+                ));
+            }
+        };
+        fields.push(Field {
+            name: name.to_vec(),
+            scalar,
+            count: usize::try_from(*count).unwrap_or(usize::MAX),
+        });
+    }
+    let area = width.map(|w| w.checked_mul(height.unwrap_or(1)));
+    let points = match (points, area) {
+        (Some(points), None) => points,
+        (None, Some(Some(area))) => area,
+        (Some(points), Some(Some(area))) if points == area => points,
+        (points, area) => {
+            let got = format!("POINTS {points:?}, WIDTH x HEIGHT {:?}", area.flatten());
+            return Err(line_error(lines, "POINTS equal to WIDTH x HEIGHT", got));
+        }
+    };
+    Ok(Header {
+        fields,
+        points,
+        data,
+    })
+}
+
+impl Header {
+    /// Bytes of a point before `field`.
+    pub fn offset_in_point(&self, field: usize) -> usize {
+        self.fields
+            .iter()
+            .take(field)
+            .map(|f| f.scalar.size() * f.count)
+            .sum()
+    }
+}

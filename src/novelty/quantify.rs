@@ -1,0 +1,350 @@
+//! How much changed: d_GMM between what both views could see (Eq. 6), and each novelty's part of it.
+//!
+//! The revisit is told in the reference's components, whose shapes are frozen, and in components of
+//! its own for what appeared; the reference likewise for what disappeared. Weights that differ by no
+//! more than sampling explains count as equal. Mass is visible surface: thinning cells, not points,
+//! so that it does not depend on how beams crowd.
+
+use super::{NoveltyError, Prepared, QuantifySettings, Sight};
+use crate::distance::{Ground, emd};
+use crate::geometry::Pose;
+use crate::mixture::{Mixture, RefitSettings, SplitSettings, Unexplained, refit, split_until_flat};
+use nalgebra::Point3;
+
+/// What one view brings into the balance.
+pub struct Side<'a> {
+    /// The view.
+    pub own: &'a Prepared,
+    /// Maps it into the reference's frame.
+    pub reference_from_own: Pose,
+    /// What the other view says about each of its points.
+    pub sights: &'a [Sight],
+    /// Points of each of its novelties, one list each.
+    pub novelties: &'a [Vec<usize>],
+}
+
+/// The distance and whose it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Balance {
+    /// d_GMM, in the unit of the ground distance.
+    pub d: f64,
+    /// d_GMM times the visible surface, m^2 m (for a ground distance in metres).
+    pub work_m3: f64,
+    /// Mass and contribution of each appeared novelty.
+    pub appeared: Vec<(f64, f64)>,
+    /// Mass and contribution of each disappeared novelty.
+    pub disappeared: Vec<(f64, f64)>,
+    /// What no novelty explains; contributions and this sum to `d`.
+    pub rest: f64,
+    /// Components of the reference and of the revisit that carry mass.
+    pub components: [usize; 2],
+    /// Share of each view's surface that the other could see: reference, current.
+    pub overlap: [f64; 2],
+}
+
+/// Weighs the two views against each other. `mixture` is the reference's, in its frame.
+///
+/// # Errors
+/// Mixtures that cannot be fitted or compared.
+pub fn quantify(
+    mixture: &Mixture,
+    reference: &Side<'_>,
+    current: &Side<'_>,
+    settings: &QuantifySettings,
+) -> Result<Balance, NoveltyError> {
+    let sides = [Share::of(reference), Share::of(current)];
+    let mut balance = Balance {
+        d: 0.0,
+        work_m3: 0.0,
+        appeared: vec![(0.0, 0.0); current.novelties.len()],
+        disappeared: vec![(0.0, 0.0); reference.novelties.len()],
+        rest: 0.0,
+        components: [0; 2],
+        overlap: [sides[0].overlap, sides[1].overlap],
+    };
+    if sides.iter().any(|s| s.background <= 0.0) {
+        return Ok(balance);
+    }
+    let weights = [
+        sides[0].background_weights(mixture)?,
+        sides[1].background_weights(mixture)?,
+    ];
+    let [then, now] = explained_by_sampling(
+        weights,
+        [sides[0].background, sides[1].background],
+        settings,
+    );
+    let mut ledger = Ledger::default();
+    for (k, g) in mixture.components.iter().enumerate() {
+        let masses = [
+            then[k] * sides[0].background / sides[0].total(),
+            now[k] * sides[1].background / sides[1].total(),
+        ];
+        for (count, mass) in balance.components.iter_mut().zip(masses) {
+            *count += usize::from(mass > 0.0);
+        }
+        ledger.enter(*g, masses, None);
+    }
+    for (side, view) in [reference, current].into_iter().enumerate() {
+        for (index, points) in view.novelties.iter().enumerate() {
+            let mass = sides[side].novelties[index] / sides[side].total();
+            let own = novelty_mixture(view, points)?;
+            for (g, w) in own.components.iter().zip(&own.weights) {
+                let mut masses = [0.0; 2];
+                masses[side] = mass * w;
+                balance.components[side] += 1;
+                ledger.enter(*g, masses, Some((side, index)));
+            }
+            let list = [&mut balance.disappeared, &mut balance.appeared];
+            list.into_iter().nth(side).map(|l| l[index].0 = mass);
+        }
+    }
+    ledger.settle(settings.ground, &mut balance)?;
+    balance.work_m3 = balance.d * sides[0].surface_m2.max(sides[1].surface_m2);
+    Ok(balance)
+}
+
+/// The Gaussians of one novelty, in the reference's frame.
+pub fn novelty_mixture(side: &Side<'_>, points: &[usize]) -> Result<Mixture, NoveltyError> {
+    let places: Vec<Point3<f64>> = points
+        .iter()
+        .map(|i| side.reference_from_own * side.own.view.points[*i])
+        .collect();
+    Ok(split_until_flat(
+        &places,
+        None,
+        &split_settings(side.own),
+    )?)
+}
+
+/// How finely a view's surfaces are modelled.
+pub fn split_settings(own: &Prepared) -> SplitSettings {
+    let middle_m = own.middle_range_m;
+    SplitSettings::for_data(
+        own.noise.sigma_m(middle_m),
+        (own.rays.spacing_rad * middle_m).max(own.surfaces.cell_m),
+    )
+}
+
+/// The surface of one view that the other could see, cell by cell.
+struct Share {
+    places: Vec<Point3<f64>>,
+    weights: Vec<f64>,
+    background: f64,
+    novelties: Vec<f64>,
+    surface_m2: f64,
+    overlap: f64,
+}
+
+impl Share {
+    fn of(side: &Side<'_>) -> Self {
+        let surfaces = &side.own.surfaces;
+        let mut seen = vec![0.0; surfaces.patches.len()];
+        for (cell, sight) in surfaces.patch_of_point.iter().zip(side.sights) {
+            // Deviating points that are no novelty are noise: they weigh on neither side.
+            if *sight == Sight::Same {
+                seen[*cell as usize] += 1.0;
+            }
+        }
+        let share = |cell: u32| 1.0 / surfaces.patches[cell as usize].count.max(1) as f64;
+        let mut novelties = Vec::with_capacity(side.novelties.len());
+        for points in side.novelties {
+            let mut mass = 0.0;
+            for i in points {
+                let cell = surfaces.patch_of_point[*i];
+                mass += share(cell);
+                if side.sights[*i] == Sight::Same {
+                    seen[cell as usize] -= 1.0;
+                }
+            }
+            novelties.push(mass);
+        }
+        let mut places = Vec::new();
+        let mut weights = Vec::new();
+        let mut surface_m2 = 0.0;
+        for (patch, n) in surfaces.patches.iter().zip(&seen) {
+            if *n > 0.0 {
+                let weight = n / patch.count as f64;
+                let range_m = (patch.mean - side.own.view.origin).norm();
+                // A cell stands for its own face, or for the gap between rays where they are sparse.
+                let face_m = surfaces.cell_m.max(side.own.rays.spacing_rad * range_m);
+                surface_m2 += weight * face_m * face_m;
+                places.push(side.reference_from_own * patch.mean);
+                weights.push(weight);
+            }
+        }
+        let background: f64 = weights.iter().sum();
+        let known: f64 = background + novelties.iter().sum::<f64>();
+        Self {
+            places,
+            weights,
+            background,
+            novelties,
+            surface_m2,
+            overlap: known / (surfaces.patches.len() as f64).max(1.0),
+        }
+    }
+
+    fn total(&self) -> f64 {
+        self.background + self.novelties.iter().sum::<f64>()
+    }
+
+    /// Weights of the reference's components for what is no novelty.
+    fn background_weights(&self, mixture: &Mixture) -> Result<Vec<f64>, NoveltyError> {
+        let told = refit(
+            mixture,
+            &self.places,
+            Some(&self.weights),
+            Unexplained::Listed(&[]),
+            &RefitSettings::default(),
+        )?;
+        let mut weights = told.mixture.weights;
+        weights.truncate(told.frozen);
+        Ok(weights)
+    }
+}
+
+/// Where two weights of a component differ by no more than two samples of one and the same weight
+/// would, both take their common value. The scatter of samples is measured on the components
+/// themselves (its median; neighbouring cells are not independent), so that no threshold of size enters.
+fn explained_by_sampling(
+    weights: [Vec<f64>; 2],
+    masses: [f64; 2],
+    settings: &QuantifySettings,
+) -> [Vec<f64>; 2] {
+    let [mut then, mut now] = weights;
+    let pooled: Vec<f64> = then
+        .iter()
+        .zip(&now)
+        .map(|(a, b)| (a * masses[0] + b * masses[1]) / (masses[0] + masses[1]))
+        .collect();
+    let square: Vec<f64> = (0..then.len())
+        .map(|k| {
+            let variance = pooled[k] * (1.0 / masses[0] + 1.0 / masses[1]);
+            // Less than one cell is no sample.
+            if pooled[k] * masses[0].min(masses[1]) < 1.0 {
+                0.0
+            } else {
+                (then[k] - now[k]).powi(2) / variance
+            }
+        })
+        .collect();
+    let mut sorted: Vec<f64> = square.iter().copied().filter(|s| *s > 0.0).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    // The median of chi-squared with one degree of freedom is 0.455.
+    let scatter = sorted
+        .get(sorted.len() / 2)
+        .map_or(1.0, |m| m / 0.455)
+        .max(1.0);
+    let limit = settings.weight_sigmas.powi(2) * scatter;
+    let mut excess = [0.0; 2];
+    let mut common = 0.0;
+    for k in 0..pooled.len() {
+        if square[k] <= limit {
+            then[k] = pooled[k];
+            now[k] = pooled[k];
+            common += pooled[k];
+        } else {
+            excess[0] += then[k];
+            excess[1] += now[k];
+        }
+    }
+    for (side, weights) in [&mut then, &mut now].into_iter().enumerate() {
+        let left = 1.0 - excess[side];
+        for (weight, s) in weights.iter_mut().zip(&square) {
+            if *s <= limit && common > 0.0 {
+                *weight *= left / common;
+            }
+        }
+    }
+    [then, now]
+}
+
+/// Who has mass left and who lacks it once common mass stays where it is. All ground distances are
+/// metrics, so that leaving common mass in place costs nothing and the EMD stays exact.
+#[derive(Default)]
+struct Ledger {
+    surplus: Mixture,
+    from: Vec<Option<(usize, usize)>>,
+    lack: Mixture,
+    to: Vec<Option<(usize, usize)>>,
+}
+
+impl Ledger {
+    /// Enters a component with its masses in reference and revisit, and the novelty that owns it.
+    fn enter(
+        &mut self,
+        g: crate::mixture::Gaussian,
+        masses: [f64; 2],
+        owner: Option<(usize, usize)>,
+    ) {
+        let difference = masses[0] - masses[1];
+        // Below rounding of masses that sum to one, nothing moves.
+        if difference > 1e-12 {
+            self.surplus.components.push(g);
+            self.surplus.weights.push(difference);
+            self.from.push(owner);
+        } else if difference < -1e-12 {
+            self.lack.components.push(g);
+            self.lack.weights.push(-difference);
+            self.to.push(owner);
+        }
+    }
+
+    fn settle(&self, ground: Ground, balance: &mut Balance) -> Result<(), NoveltyError> {
+        let moved: f64 = self.surplus.weights.iter().sum();
+        if moved <= 0.0 || self.lack.is_empty() {
+            return Ok(());
+        }
+        let solved = emd(&self.surplus, &self.lack, ground)?;
+        for flow in &solved.plan {
+            let cost = moved * flow.mass * flow.distance;
+            balance.d += cost;
+            let owners: Vec<(usize, usize)> = [self.from[flow.from], self.to[flow.to]]
+                .into_iter()
+                .flatten()
+                .collect();
+            if owners.is_empty() {
+                balance.rest += cost;
+            }
+            for (side, index) in &owners {
+                let part = cost / owners.len() as f64;
+                if *side == 0 {
+                    balance.disappeared[*index].1 += part;
+                } else {
+                    balance.appeared[*index].1 += part;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{QuantifySettings, explained_by_sampling};
+    use rand::SeedableRng;
+    use rand_distr::{Binomial, Distribution};
+
+    #[test]
+    fn samples_of_one_mixture_count_as_equal_and_a_real_change_does_not() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let n = 20_000.0;
+        let coin = Binomial::new(20_000, 0.01).expect("a share");
+        let mut sample = || -> Vec<f64> {
+            let counts: Vec<f64> = (0..100).map(|_| coin.sample(&mut rng) as f64).collect();
+            let sum: f64 = counts.iter().sum();
+            counts.iter().map(|c| c / sum).collect()
+        };
+        let (a, mut b) = (sample(), sample());
+        let settings = QuantifySettings::default();
+        let [then, now] = explained_by_sampling([a.clone(), b.clone()], [n, n], &settings);
+        assert!(then.iter().zip(&now).all(|(t, n)| (t - n).abs() < 1e-15));
+        b[7] *= 2.0;
+        let sum: f64 = b.iter().sum();
+        b.iter_mut().for_each(|w| *w /= sum);
+        let [then, now] = explained_by_sampling([a, b], [n, n], &settings);
+        assert!(now[7] > 1.8 * then[7]);
+        assert!((now.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+}

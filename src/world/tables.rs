@@ -1,0 +1,207 @@
+//! The tables of scene files: one struct each, its keys and their defaults.
+
+use serde::Deserialize;
+
+/// A mistake in one table: the key, and what is wrong with it.
+pub type Mistake = (&'static str, String);
+
+/// `[[room]]`: a box seen from inside.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RoomTable {
+    pub name: Option<String>,
+    pub reflectance: Option<f64>,
+    pub centre: [f64; 3],
+    pub size: [f64; 3],
+    #[serde(default)]
+    pub yaw_deg: f64,
+    /// Whether it has a floor.
+    #[serde(default = "yes")]
+    pub floor: bool,
+    /// Whether it has a ceiling.
+    #[serde(default = "yes")]
+    pub ceiling: bool,
+    #[serde(default)]
+    pub openings: Vec<Opening>,
+}
+
+/// A hole in a wall of a room.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Opening {
+    pub wall: Wall,
+    /// Middle of the opening along the wall: y of the room for front and back, x for left and right.
+    #[serde(default)]
+    pub at_m: f64,
+    pub width_m: f64,
+    /// Height above the room's floor where it begins.
+    #[serde(default)]
+    pub from_m: f64,
+    /// Height above the room's floor where it ends.
+    pub to_m: f64,
+}
+
+/// The walls of a room in its own frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Wall {
+    /// +x.
+    Front,
+    /// -x.
+    Back,
+    /// +y.
+    Left,
+    /// -y.
+    Right,
+}
+
+/// `[[box]]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxTable {
+    pub name: Option<String>,
+    pub reflectance: Option<f64>,
+    pub centre: [f64; 3],
+    pub size: [f64; 3],
+    #[serde(default)]
+    pub yaw_deg: f64,
+}
+
+/// `[[cylinder]]`: closed at both ends.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CylinderTable {
+    pub name: Option<String>,
+    pub reflectance: Option<f64>,
+    pub centre: [f64; 3],
+    #[serde(default = "up")]
+    pub axis: [f64; 3],
+    pub radius_m: f64,
+    pub length_m: f64,
+}
+
+/// `[[sphere]]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SphereTable {
+    pub name: Option<String>,
+    pub reflectance: Option<f64>,
+    pub centre: [f64; 3],
+    pub radius_m: f64,
+}
+
+/// `[[plane]]`: a rectangle. Its width lies level; `spin_deg` turns it about the normal.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneTable {
+    pub name: Option<String>,
+    pub reflectance: Option<f64>,
+    pub centre: [f64; 3],
+    pub normal: [f64; 3],
+    pub size: [f64; 2],
+    #[serde(default)]
+    pub spin_deg: f64,
+}
+
+/// `[[cone]]`: closed at its base, apex along `axis`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConeTable {
+    pub name: Option<String>,
+    pub reflectance: Option<f64>,
+    pub base: [f64; 3],
+    #[serde(default = "up")]
+    pub axis: [f64; 3],
+    pub radius_m: f64,
+    pub height_m: f64,
+}
+
+/// `[[person]]`: stands with the feet at `at`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PersonTable {
+    pub name: Option<String>,
+    pub reflectance: Option<f64>,
+    pub at: [f64; 3],
+    #[serde(default = "person_height")]
+    pub height_m: f64,
+    #[serde(default)]
+    pub yaw_deg: f64,
+}
+
+/// `[[door]]`: a leaf that hangs at `hinge` (its lower end), points along `yaw_deg` when closed, and is turned by
+/// `angle_deg` (counter-clockwise from above) when open.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DoorTable {
+    pub name: Option<String>,
+    pub reflectance: Option<f64>,
+    pub hinge: [f64; 3],
+    #[serde(default)]
+    pub yaw_deg: f64,
+    pub width_m: f64,
+    pub height_m: f64,
+    #[serde(default = "door_thickness")]
+    pub thickness_m: f64,
+    #[serde(default)]
+    pub angle_deg: f64,
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn up() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+fn person_height() -> f64 {
+    1.75
+}
+
+fn door_thickness() -> f64 {
+    0.04
+}
+
+/// What the numbers of a key must be.
+#[derive(Clone, Copy)]
+pub enum Rule {
+    /// Finite.
+    Finite,
+    /// Finite and above zero.
+    Positive,
+    /// Finite and not all zero.
+    Direction,
+}
+
+impl Rule {
+    /// What `values` do wrong, if anything.
+    pub fn broken_by(self, values: &[f64]) -> Option<String> {
+        let finite = values.iter().all(|v| v.is_finite());
+        let (kept, wanted) = match self {
+            Self::Finite => (finite, "be finite"),
+            Self::Positive => (finite && values.iter().all(|v| *v > 0.0), "be above 0"),
+            Self::Direction => {
+                let length = values.iter().map(|v| v * v).sum::<f64>().sqrt();
+                (finite && length > 1e-6, "be a direction of some length")
+            }
+        };
+        let got: Vec<String> = values.iter().map(f64::to_string).collect();
+        (!kept).then(|| format!("must {wanted}, got {}", got.join(", ")))
+    }
+}
+
+impl Opening {
+    /// What is wrong with it, if anything.
+    pub fn mistake(&self) -> Option<Mistake> {
+        let numbers = [self.at_m, self.width_m, self.from_m, self.to_m];
+        let good =
+            numbers.iter().all(|v| v.is_finite()) && self.width_m > 0.0 && self.from_m < self.to_m;
+        (!good).then(|| {
+            (
+                "openings",
+                format!("must have width_m > 0 and from_m < to_m, got {self:?}"),
+            )
+        })
+    }
+}
