@@ -182,7 +182,8 @@ pub fn alarm_table(alarms: &[AlarmRow]) -> String {
     rows.to_string()
 }
 
-fn describe(novelty: &crate::patrol::NoveltyRecord) -> String {
+/// One thing that came or went, in one sentence.
+pub fn describe(novelty: &crate::patrol::NoveltyRecord) -> String {
     let moved = if novelty.moved_from.is_some() {
         " (moved)"
     } else {

@@ -1,7 +1,7 @@
 //! The command line as a whole, and the way from a command to its exit code.
 
 use super::failure::Outcome;
-use super::{alarms, config, distance, fit, waypoints};
+use super::{alarms, compare, config, distance, fit, waypoints};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -15,6 +15,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Compare recorded clouds with the engine of the service
+    Compare(compare::CompareArgs),
     /// The mixture of one recorded cloud
     Fit(fit::FitArgs),
     /// Earth Mover's Distance between two mixtures
@@ -30,6 +32,7 @@ enum Command {
 /// Runs the command; a failure is one line (or one per mistake) on standard error.
 pub fn run(cli: Cli) -> ExitCode {
     let outcome: Outcome = match &cli.command {
+        Command::Compare(args) => compare::run(args),
         Command::Fit(args) => fit::run(args),
         Command::Distance(args) => distance::run(args),
         Command::Config(args) => config::run(args),

@@ -4,11 +4,14 @@
 mod alarms;
 mod args;
 mod clouds;
+mod compare;
 mod config;
 mod distance;
 mod failure;
 mod fit;
 mod output;
+mod progress;
+mod stopwatch;
 mod table;
 mod waypoints;
 mod when;

@@ -140,11 +140,7 @@ fn things(
     settings: &Settings,
 ) -> Vec<Thing> {
     let groups = touching(mixture, removed, settings.segment.link_m);
-    let densities: Vec<_> = mixture
-        .components
-        .iter()
-        .map(|g| Explains::of(g))
-        .collect();
+    let densities: Vec<_> = mixture.components.iter().map(|g| Explains::of(g)).collect();
     let reference_from_own = pair.reference_from(side);
     let own = pair.views[side];
     let mut points: Vec<Vec<usize>> = vec![Vec::new(); groups.len()];

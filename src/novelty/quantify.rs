@@ -110,11 +110,7 @@ pub fn novelty_mixture(side: &Side<'_>, points: &[usize]) -> Result<Mixture, Nov
         .iter()
         .map(|i| side.reference_from_own * side.own.view.points[*i])
         .collect();
-    Ok(split_until_flat(
-        &places,
-        None,
-        &split_settings(side.own),
-    )?)
+    Ok(split_until_flat(&places, None, &split_settings(side.own))?)
 }
 
 /// How finely a view's surfaces are modelled.

@@ -4,6 +4,12 @@
 pub mod action;
 pub mod event;
 pub mod machine;
+mod inspect;
 mod record;
+mod report;
+mod settings;
 
-pub use record::{NoveltyRecord, ShapeRecord};
+pub use inspect::{Inspection, Stage, inspect, prepare};
+pub use record::{MethodsRecord, NoveltyRecord, ShapeRecord};
+pub use report::{PoseCorrection, Report, SideReport};
+pub use settings::EngineSettings;
