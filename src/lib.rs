@@ -18,5 +18,6 @@ pub mod patrol;
 pub mod config;
 pub mod store;
 pub mod world;
+pub mod devices;
 pub mod service;
 pub mod cli;

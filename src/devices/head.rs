@@ -1,0 +1,190 @@
+//! The head's driver with its requests as data, and the polling of an axis as fast as it answers.
+
+use super::driver::{Driver, Output};
+use super::error::{Device, DeviceError};
+use super::port_name::PortName;
+use ptu::{Action, Axis, Event, Head, HeadError, HeadOptions, RequestError};
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// What can be asked of the head.
+#[derive(Debug, Clone, PartialEq)]
+pub enum HeadCommand {
+    /// Calibrate both axes.
+    Home,
+    /// Set the speed of an axis, counts per second.
+    SetSpeed(Axis, i32),
+    /// Send an axis to a position, counts.
+    MoveTo(Axis, i32),
+    /// Ask the position of this axis again and again, or of none.
+    Watch(Option<Axis>),
+    /// Ask supply and temperature.
+    QueryHealth,
+    /// Stop both axes.
+    Halt,
+    /// Hold power low, for parking.
+    HoldLow,
+}
+
+/// What the head's driver tells.
+#[derive(Debug, Clone, PartialEq)]
+pub enum HeadEvent {
+    /// From the unit.
+    Unit(Event),
+    /// A request was not taken.
+    NotTaken(RequestError),
+}
+
+/// The head's driver.
+#[derive(Debug)]
+pub struct HeadDriver {
+    head: Head,
+    watched: Option<Axis>,
+    not_taken: VecDeque<RequestError>,
+    now: Duration,
+}
+
+impl HeadDriver {
+    fn note(&mut self, taken: Result<(), RequestError>) {
+        self.not_taken.extend(taken.err());
+    }
+
+    /// The next poll goes out when nothing else waits.
+    fn poll_again(&mut self) {
+        let Some(axis) = self.watched else { return };
+        if self.head.is_connected() && self.head.pending() == 0 {
+            // Connected, and nothing waits: it is taken.
+            let _ = self.head.poll_position(axis, self.now);
+        }
+    }
+}
+
+impl Driver for HeadDriver {
+    type Command = HeadCommand;
+    type Event = HeadEvent;
+
+    fn new(_port: &PortName, baud: u32, _probing: bool) -> Self {
+        let options = HeadOptions {
+            baud,
+            ..HeadOptions::default()
+        };
+        Self {
+            head: Head::new(options),
+            watched: None,
+            not_taken: VecDeque::new(),
+            now: Duration::ZERO,
+        }
+    }
+
+    fn connect(&mut self, now: Duration) {
+        self.now = now;
+        self.head.connect(now);
+    }
+
+    fn command(&mut self, command: HeadCommand, now: Duration) {
+        self.now = now;
+        let taken = match command {
+            HeadCommand::Home => self.head.reset(now),
+            HeadCommand::SetSpeed(axis, speed) => self.head.set_speed(axis, speed, now),
+            HeadCommand::MoveTo(axis, target) => self.head.move_to(axis, target, now),
+            HeadCommand::Watch(axis) => {
+                self.watched = axis;
+                Ok(())
+            }
+            HeadCommand::QueryHealth => self.head.query_health(now),
+            HeadCommand::Halt => self.head.halt(now),
+            HeadCommand::HoldLow => self.head.hold_power_low(now),
+        };
+        self.note(taken);
+    }
+
+    fn handle_bytes(&mut self, bytes: &[u8], now: Duration) {
+        self.now = now;
+        self.head.handle_bytes(bytes, now);
+    }
+
+    fn handle_deadline(&mut self, now: Duration) {
+        self.now = now;
+        self.head.handle_deadline(now);
+    }
+
+    fn deadline(&self) -> Option<Duration> {
+        self.head.deadline()
+    }
+
+    fn poll(&mut self) -> Option<Output<HeadEvent>> {
+        let mut action = self.head.poll_action();
+        if action.is_none() {
+            self.poll_again();
+            action = self.head.poll_action();
+        }
+        match action {
+            Some(Action::Send(bytes)) => Some(Output::Send(bytes)),
+            Some(Action::Event(event)) => Some(Output::Event(HeadEvent::Unit(event))),
+            None => self
+                .not_taken
+                .pop_front()
+                .map(|error| Output::Event(HeadEvent::NotTaken(error))),
+        }
+    }
+
+    fn is_fault(event: &HeadEvent) -> bool {
+        // After a calibration that failed the dialogue goes on.
+        matches!(event, HeadEvent::Unit(Event::Fault(error)) if !matches!(error, HeadError::ResetFailed { .. }))
+    }
+
+    fn is_proof_of_life(event: &HeadEvent) -> bool {
+        matches!(
+            event,
+            HeadEvent::Unit(Event::Position { .. } | Event::HomeDone { .. })
+        )
+    }
+
+    fn is_connected(event: &HeadEvent) -> bool {
+        matches!(event, HeadEvent::Unit(Event::Connected(_)))
+    }
+
+    fn fault(event: &HeadEvent, port: &PortName) -> Option<DeviceError> {
+        match event {
+            HeadEvent::Unit(Event::Fault(error)) => Some(head_error(error, &port.name)),
+            _ => None,
+        }
+    }
+
+    fn rest(&mut self, now: Duration) {
+        self.now = now;
+        self.watched = None;
+        let taken = self.head.halt(now);
+        self.note(taken);
+    }
+
+    fn is_rest(event: &HeadEvent) -> bool {
+        matches!(
+            event,
+            HeadEvent::Unit(Event::Halted | Event::Fault(_)) | HeadEvent::NotTaken(_)
+        )
+    }
+}
+
+/// What the head's driver says, by what people have to do about it.
+pub(super) fn head_error(error: &HeadError, port: &str) -> DeviceError {
+    let (device, port, detail) = (Device::Head, port.to_owned(), error.to_string());
+    match error {
+        HeadError::Silent { bytes_heard: 0 } => DeviceError::Silent {
+            device,
+            port,
+            detail,
+        },
+        HeadError::Silent { .. } | HeadError::SetupRefused { .. } => DeviceError::WrongDevice {
+            device,
+            port,
+            detail,
+        },
+        HeadError::ResetFailed { .. } => DeviceError::PositionLost { port, detail },
+        _ => DeviceError::Fault {
+            device,
+            port,
+            detail,
+        },
+    }
+}

@@ -1,0 +1,36 @@
+//! Takes settings, gives raw sweeps: a thread per port with the sans-IO driver inside, the sweep as a machine that
+//! needs no thread, and the emulated devices that the demo and the tests hang on the other end.
+//!
+//! | file | takes | gives |
+//! |---|---|---|
+//! | `clock` | the wall's time | virtual time, the one of every deadline |
+//! | `driver`, `laser`, `head` | commands, bytes, instants | bytes and events of one device |
+//! | `port_name`, `port` | a configured port | a thread that keeps it open and serves its driver |
+//! | `plan` | settings, identities | one sweep in whole counts |
+//! | `sweep_run` | events of both devices | commands to both, in the end a raw sweep or the reason why not |
+//! | `station` | settings | both devices as one object with blocking calls |
+//! | `emulation`, `emulator` | a scene | the devices' other ends, pure and on pseudo-terminals |
+
+mod cancel;
+mod clock;
+mod constants;
+mod driver;
+mod emulated_fault;
+mod emulation;
+mod error;
+mod head;
+mod laser;
+mod plan;
+mod port;
+mod port_name;
+mod sweep_data;
+mod sweep_run;
+#[cfg(test)]
+mod lockstep;
+
+pub use cancel::Cancel;
+pub use clock::Clock;
+pub use emulated_fault::{EmulatedFault, EmulatedFaultError};
+pub use emulation::{Emulation, EmulationOptions};
+pub use error::{Device, DeviceError, PortError};
+pub use plan::{SweepPlan, SweepRequest};

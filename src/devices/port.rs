@@ -1,0 +1,285 @@
+//! The thread of one port: blocking reads, bytes stamped as they come, the driver inside, the port opened anew.
+
+use super::clock::Clock;
+use super::constants::{BACKOFF, CLOSE_LIMIT, READ_BUSY, READ_IDLE, WRITE_LIMIT};
+use super::driver::{Driver, Output};
+use super::error::DeviceError;
+use super::port_name::PortName;
+use link::Link;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// What the thread tells.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PortEvent<E> {
+    /// The driver's word.
+    Device(E),
+    /// The port is closed; it will be opened again after the pause.
+    Lost {
+        /// Why.
+        error: DeviceError,
+        /// The pause.
+        retry_in: Duration,
+    },
+}
+
+/// A running port. Dropping it brings the device to rest and closes the port.
+#[derive(Debug)]
+pub struct Port<D: Driver> {
+    commands: Sender<D::Command>,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl<D: Driver> Port<D> {
+    /// Starts the thread. Every event goes through `tell`; it says whether anybody still listens.
+    ///
+    /// # Errors
+    /// [`DeviceError::NoThread`].
+    pub fn spawn(
+        name: PortName,
+        clock: Clock,
+        tell: impl FnMut(PortEvent<D::Event>, Duration) -> bool + Send + 'static,
+    ) -> Result<Self, DeviceError>
+    where
+        D: 'static,
+    {
+        let device = name.device;
+        let (commands, inbox) = mpsc::channel();
+        let stop = Arc::new(AtomicBool::new(false));
+        let runner = Runner::<D, _> {
+            name,
+            clock,
+            inbox,
+            stop: Arc::clone(&stop),
+            tell,
+            backoff: BACKOFF.0,
+            connected: false,
+            found: false,
+        };
+        let thread = thread::Builder::new()
+            .name(format!("patrold-{device}"))
+            .spawn(move || runner.run())
+            .map_err(|error| DeviceError::NoThread {
+                device,
+                detail: error.to_string(),
+            })?;
+        Ok(Self {
+            commands,
+            stop,
+            thread: Some(thread),
+        })
+    }
+
+    /// Hands a command over; it is taken within [`READ_IDLE`]. While the port is closed commands are dropped.
+    pub fn send(&self, command: D::Command) {
+        // The thread ends only with this handle or its listener.
+        let _ = self.commands.send(command);
+    }
+
+    /// Begins to close: the device goes to rest while others do too. [`Drop`] waits for it.
+    pub fn begin_close(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+impl<D: Driver> Drop for Port<D> {
+    fn drop(&mut self) {
+        self.begin_close();
+        if let Some(thread) = self.thread.take() {
+            // A panic in there was told on standard error; there is no more to do.
+            let _ = thread.join();
+        }
+    }
+}
+
+struct Runner<D: Driver, F> {
+    name: PortName,
+    clock: Clock,
+    inbox: Receiver<D::Command>,
+    stop: Arc<AtomicBool>,
+    tell: F,
+    backoff: Duration,
+    connected: bool,
+    /// A rate was found once: silence is then no reason to look for another soon.
+    found: bool,
+}
+
+/// How serving ended.
+enum End {
+    /// The handle is gone, or nobody listens.
+    Stopped,
+    /// The device or its port failed.
+    Failed(DeviceError),
+}
+
+impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
+    fn run(mut self) {
+        let mut turn = 0_usize;
+        while !self.stopped() {
+            // The line may be another kind after it was plugged in again.
+            let bauds = self.name.bauds();
+            let baud = bauds.get(turn % bauds.len().max(1)).copied();
+            self.connected = false;
+            let end = match self.name.open(baud.unwrap_or(self.name.baud)) {
+                Ok(link) => self.serve(link, baud.unwrap_or(self.name.baud), bauds.len() > 1 && !self.found),
+                Err(error) => End::Failed(error),
+            };
+            let End::Failed(error) = end else { return };
+            if !self.connected && !matches!(error, DeviceError::Port { .. }) {
+                turn += 1;
+                if turn % bauds.len().max(1) != 0 {
+                    continue;
+                }
+            }
+            let retry_in = self.backoff;
+            if !self.tell(PortEvent::Lost { error, retry_in }) {
+                return;
+            }
+            self.backoff = (self.backoff * 2).min(BACKOFF.1);
+            self.pause(retry_in);
+        }
+    }
+
+    fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    fn tell(&mut self, event: PortEvent<D::Event>) -> bool {
+        let now = self.clock.now();
+        (self.tell)(event, now)
+    }
+
+    fn pause(&self, duration: Duration) {
+        let until = self.clock.now() + duration;
+        while !self.stopped() && self.clock.now() < until {
+            let left = self.clock.wall(until.saturating_sub(self.clock.now()));
+            thread::sleep(left.min(READ_IDLE));
+        }
+    }
+
+    fn serve(&mut self, mut link: Box<dyn Link>, baud: u32, probing: bool) -> End {
+        let mut driver = D::new(&self.name, baud, probing);
+        // What was asked of the port's former life means nothing now.
+        while self.inbox.try_recv().is_ok() {}
+        driver.connect(self.clock.now());
+        let mut buffer = [0; 4096];
+        loop {
+            if let Err(end) = self.carry_out(&mut driver, &mut *link) {
+                return end;
+            }
+            if self.stopped() {
+                self.lay_to_rest(&mut driver, &mut *link);
+                return End::Stopped;
+            }
+            match link.read(&mut buffer, self.patience(&driver)) {
+                Ok(0) => {}
+                Ok(count) => {
+                    let now = self.clock.now();
+                    driver.handle_bytes(buffer.get(..count).unwrap_or_default(), now);
+                }
+                Err(error) => {
+                    return End::Failed(DeviceError::Port {
+                        device: self.name.device,
+                        source: error.into(),
+                    });
+                }
+            }
+            driver.handle_deadline(self.clock.now());
+            while let Ok(command) = self.inbox.try_recv() {
+                // Outputs of one input first, then the next input.
+                if let Err(end) = self.carry_out(&mut driver, &mut *link) {
+                    return end;
+                }
+                driver.command(command, self.clock.now());
+            }
+        }
+    }
+
+    /// How long the next read may block.
+    fn patience(&self, driver: &D) -> Duration {
+        match driver.deadline() {
+            None => READ_IDLE,
+            Some(deadline) => {
+                let left = self.clock.wall(deadline.saturating_sub(self.clock.now()));
+                left.min(READ_BUSY)
+            }
+        }
+    }
+
+    /// Carries out everything the driver wants.
+    fn carry_out(&mut self, driver: &mut D, link: &mut dyn Link) -> Result<(), End> {
+        while let Some(output) = driver.poll() {
+            match output {
+                Output::Send(bytes) => {
+                    if let Err(error) = link.write_all(&bytes, WRITE_LIMIT) {
+                        return Err(End::Failed(DeviceError::Port {
+                            device: self.name.device,
+                            source: error.into(),
+                        }));
+                    }
+                }
+                Output::Event(event) => {
+                    self.connected |= D::is_connected(&event);
+                    self.found |= self.connected;
+                    if D::is_proof_of_life(&event) {
+                        self.backoff = BACKOFF.0;
+                    }
+                    if D::is_fault(&event) {
+                        // Last words first: a driver that gives up still turns its laser off.
+                        flush(driver, link);
+                        if let Some(error) = D::fault(&event, &self.name) {
+                            return Err(End::Failed(error));
+                        }
+                    }
+                    if !self.tell(PortEvent::Device(event)) {
+                        self.stop.store(true, Ordering::Relaxed);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Laser off, head halted, as far as the device still listens.
+    fn lay_to_rest(&mut self, driver: &mut D, link: &mut dyn Link) {
+        let until = Instant::now() + CLOSE_LIMIT;
+        let mut buffer = [0; 4096];
+        driver.rest(self.clock.now());
+        loop {
+            while let Some(output) = driver.poll() {
+                match output {
+                    Output::Send(bytes) => {
+                        if link.write_all(&bytes, CLOSE_LIMIT).is_err() {
+                            return;
+                        }
+                    }
+                    Output::Event(event) if D::is_rest(&event) => return,
+                    Output::Event(_) => {}
+                }
+            }
+            if Instant::now() >= until {
+                return;
+            }
+            match link.read(&mut buffer, READ_BUSY) {
+                Ok(count) => {
+                    driver.handle_bytes(buffer.get(..count).unwrap_or_default(), self.clock.now());
+                }
+                Err(_) => return,
+            }
+            driver.handle_deadline(self.clock.now());
+        }
+    }
+}
+
+/// Writes what the driver still wants sent; nobody waits for answers.
+fn flush<D: Driver>(driver: &mut D, link: &mut dyn Link) {
+    while let Some(output) = driver.poll() {
+        if let Output::Send(bytes) = output {
+            let _ = link.write_all(&bytes, WRITE_LIMIT);
+        }
+    }
+}
