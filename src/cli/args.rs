@@ -1,7 +1,7 @@
 //! The command line as a whole, and the way from a command to its exit code.
 
 use super::failure::Outcome;
-use super::{alarms, compare, config, distance, fit, waypoints};
+use super::{alarms, compare, config, distance, fit, shapes, waypoints};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -21,6 +21,8 @@ enum Command {
     Fit(fit::FitArgs),
     /// Earth Mover's Distance between two mixtures
     Distance(distance::DistanceArgs),
+    /// The shapes in one segmented cloud
+    Shapes(shapes::ShapesArgs),
     /// Check or show the configuration
     Config(config::ConfigArgs),
     /// Waypoints and their reference versions
@@ -35,6 +37,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Compare(args) => compare::run(args),
         Command::Fit(args) => fit::run(args),
         Command::Distance(args) => distance::run(args),
+        Command::Shapes(args) => shapes::run(args),
         Command::Config(args) => config::run(args),
         Command::Waypoints(args) => waypoints::run(args),
         Command::Alarms(args) => alarms::run(args),

@@ -11,6 +11,7 @@ mod failure;
 mod fit;
 mod output;
 mod progress;
+mod shapes;
 mod stopwatch;
 mod table;
 mod waypoints;

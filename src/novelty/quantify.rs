@@ -8,8 +8,10 @@
 use super::{NoveltyError, Prepared, QuantifySettings, Sight};
 use crate::distance::{Ground, emd};
 use crate::geometry::Pose;
-use crate::mixture::{Mixture, RefitSettings, SplitSettings, Unexplained, refit, split_until_flat};
-use nalgebra::Point3;
+use crate::mixture::{
+    EmSettings, Mixture, RefitSettings, SplitSettings, Unexplained, refit, split_until_flat,
+};
+use nalgebra::{Matrix3, Point3};
 
 /// What one view brings into the balance.
 pub struct Side<'a> {
@@ -65,13 +67,16 @@ pub fn quantify(
     if sides.iter().any(|s| s.background <= 0.0) {
         return Ok(balance);
     }
+    let wide = widened(mixture, reference.own, current.own);
     let weights = [
-        sides[0].background_weights(mixture)?,
-        sides[1].background_weights(mixture)?,
+        sides[0].background_weights(&wide)?,
+        sides[1].background_weights(&wide)?,
     ];
+    let unsure = unsure_weights(&wide, &sides)?;
     let [then, now] = explained_by_sampling(
         weights,
-        [sides[0].background, sides[1].background],
+        &unsure,
+        [sides[0].samples, sides[1].samples],
         settings,
     );
     let mut ledger = Ledger::default();
@@ -100,7 +105,7 @@ pub fn quantify(
         }
     }
     ledger.settle(settings.ground, &mut balance)?;
-    balance.work_m3 = balance.d * sides[0].surface_m2.max(sides[1].surface_m2);
+    balance.work_m3 = balance.d * sides[0].total().max(sides[1].total());
     Ok(balance)
 }
 
@@ -126,9 +131,12 @@ pub fn split_settings(own: &Prepared) -> SplitSettings {
 struct Share {
     places: Vec<Point3<f64>>,
     weights: Vec<f64>,
+    /// Cells that the other view did not surely see, and their surface.
+    unsure: (Vec<Point3<f64>>, Vec<f64>),
     background: f64,
     novelties: Vec<f64>,
-    surface_m2: f64,
+    /// Number of equal samples that the background's weights are worth.
+    samples: f64,
     overlap: f64,
 }
 
@@ -142,7 +150,11 @@ impl Share {
                 seen[*cell as usize] += 1.0;
             }
         }
-        let share = |cell: u32| 1.0 / surfaces.patches[cell as usize].count.max(1) as f64;
+        // Surface that one point of a cell stands for.
+        let share = |cell: u32| {
+            let patch = &surfaces.patches[cell as usize];
+            patch.area_m2 / patch.count.max(1) as f64
+        };
         let mut novelties = Vec::with_capacity(side.novelties.len());
         for points in side.novelties {
             let mut mass = 0.0;
@@ -157,27 +169,33 @@ impl Share {
         }
         let mut places = Vec::new();
         let mut weights = Vec::new();
-        let mut surface_m2 = 0.0;
-        for (patch, n) in surfaces.patches.iter().zip(&seen) {
+        let mut unsure = (Vec::new(), Vec::new());
+        for (cell, n) in seen.iter().enumerate() {
+            let patch = &surfaces.patches[cell];
+            let place = side.reference_from_own * patch.mean;
             if *n > 0.0 {
-                let weight = n / patch.count as f64;
-                let range_m = (patch.mean - side.own.view.origin).norm();
-                // A cell stands for its own face, or for the gap between rays where they are sparse.
-                let face_m = surfaces.cell_m.max(side.own.rays.spacing_rad * range_m);
-                surface_m2 += weight * face_m * face_m;
-                places.push(side.reference_from_own * patch.mean);
-                weights.push(weight);
+                places.push(place);
+                weights.push(n * share(cell as u32));
+            }
+            if *n < patch.count as f64 {
+                unsure.0.push(place);
+                unsure
+                    .1
+                    .push(patch.area_m2 - n.max(0.0) * share(cell as u32));
             }
         }
         let background: f64 = weights.iter().sum();
-        let known: f64 = background + novelties.iter().sum::<f64>();
+        let squares: f64 = weights.iter().map(|w| w * w).sum();
+        let known = background + novelties.iter().sum::<f64>();
+        let all: f64 = surfaces.patches.iter().map(|p| p.area_m2).sum();
         Self {
+            samples: background * background / squares.max(f64::MIN_POSITIVE),
             places,
             weights,
+            unsure,
             background,
             novelties,
-            surface_m2,
-            overlap: known / (surfaces.patches.len() as f64).max(1.0),
+            overlap: known / all.max(f64::MIN_POSITIVE),
         }
     }
 
@@ -192,7 +210,7 @@ impl Share {
             &self.places,
             Some(&self.weights),
             Unexplained::Listed(&[]),
-            &RefitSettings::default(),
+            &one_step(),
         )?;
         let mut weights = told.mixture.weights;
         weights.truncate(told.frozen);
@@ -200,11 +218,66 @@ impl Share {
     }
 }
 
+/// The mixture as a view with all the noise of both would see it. Against shapes thinner than its noise
+/// a revisit's points would go to whichever neighbour is thick enough.
+fn widened(mixture: &Mixture, reference: &Prepared, current: &Prepared) -> Mixture {
+    let mut wide = mixture.clone();
+    for g in &mut wide.components {
+        let range_m = (g.mean - reference.view.origin).norm();
+        let sigma_m = reference
+            .noise
+            .sigma_m(range_m)
+            .hypot(current.noise.sigma_m(range_m));
+        g.covariance += Matrix3::identity() * sigma_m.powi(2);
+    }
+    wide
+}
+
+/// One M step from the reference's weights: each place is shared out as the reference would. More
+/// steps let overlapping components take weight from one another for no reason of the scene.
+fn one_step() -> RefitSettings {
+    RefitSettings {
+        em: EmSettings {
+            iterations: 1,
+            tolerance: 0.0,
+            ..RefitSettings::default().em
+        },
+        ..RefitSettings::default()
+    }
+}
+
+/// For each component, the weight of surface that one view or the other did not surely see. A
+/// component's visible weights may differ by that much without any change.
+fn unsure_weights(mixture: &Mixture, sides: &[Share; 2]) -> Result<Vec<f64>, NoveltyError> {
+    let places: Vec<Point3<f64>> = sides.iter().flat_map(|s| s.unsure.0.clone()).collect();
+    if places.is_empty() {
+        return Ok(vec![0.0; mixture.len()]);
+    }
+    // In shares of each side's own background, so that they compare with its weights.
+    let weights: Vec<f64> = sides
+        .iter()
+        .flat_map(|s| s.unsure.1.iter().map(|w| w / s.background))
+        .collect();
+    let total: f64 = weights.iter().sum();
+    let told = refit(
+        mixture,
+        &places,
+        Some(&weights),
+        Unexplained::Listed(&[]),
+        &one_step(),
+    )?;
+    Ok(told.mixture.weights[..told.frozen]
+        .iter()
+        .map(|w| w * total)
+        .collect())
+}
+
 /// Where two weights of a component differ by no more than two samples of one and the same weight
 /// would, both take their common value. The scatter of samples is measured on the components
 /// themselves (its median; neighbouring cells are not independent), so that no threshold of size enters.
 fn explained_by_sampling(
     weights: [Vec<f64>; 2],
+    unsure: &[f64],
     masses: [f64; 2],
     settings: &QuantifySettings,
 ) -> [Vec<f64>; 2] {
@@ -221,7 +294,8 @@ fn explained_by_sampling(
             if pooled[k] * masses[0].min(masses[1]) < 1.0 {
                 0.0
             } else {
-                (then[k] - now[k]).powi(2) / variance
+                let beyond = (then[k] - now[k]).abs() - unsure[k];
+                beyond.max(0.0).powi(2) / variance
             }
         })
         .collect();
@@ -334,12 +408,13 @@ mod tests {
         };
         let (a, mut b) = (sample(), sample());
         let settings = QuantifySettings::default();
-        let [then, now] = explained_by_sampling([a.clone(), b.clone()], [n, n], &settings);
+        let [then, now] =
+            explained_by_sampling([a.clone(), b.clone()], &[0.0; 100], [n, n], &settings);
         assert!(then.iter().zip(&now).all(|(t, n)| (t - n).abs() < 1e-15));
         b[7] *= 2.0;
         let sum: f64 = b.iter().sum();
         b.iter_mut().for_each(|w| *w /= sum);
-        let [then, now] = explained_by_sampling([a, b], [n, n], &settings);
+        let [then, now] = explained_by_sampling([a, b], &[0.0; 100], [n, n], &settings);
         assert!(now[7] > 1.8 * then[7]);
         assert!((now.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }
