@@ -1,7 +1,7 @@
 //! The command line as a whole, and the way from a command to its exit code.
 
 use super::failure::Outcome;
-use super::{alarms, compare, config, distance, fit, shapes, waypoints};
+use super::{alarms, compare, config, distance, fit, shapes, teach, visit, waypoints};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -15,6 +15,10 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Ask the running service: the robot stands at NAME, inspect it
+    Visit(visit::VisitArgs),
+    /// Ask the running service: the robot stands at NAME, take its reference
+    Teach(teach::TeachArgs),
     /// Compare recorded clouds with the engine of the service
     Compare(compare::CompareArgs),
     /// The mixture of one recorded cloud
@@ -34,6 +38,8 @@ enum Command {
 /// Runs the command; a failure is one line (or one per mistake) on standard error.
 pub fn run(cli: Cli) -> ExitCode {
     let outcome: Outcome = match &cli.command {
+        Command::Visit(args) => visit::run(args),
+        Command::Teach(args) => teach::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Fit(args) => fit::run(args),
         Command::Distance(args) => distance::run(args),

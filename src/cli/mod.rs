@@ -3,6 +3,7 @@
 
 mod alarms;
 mod args;
+mod client;
 mod clouds;
 mod compare;
 mod config;
@@ -14,6 +15,8 @@ mod progress;
 mod shapes;
 mod stopwatch;
 mod table;
+mod teach;
+mod visit;
 mod waypoints;
 mod when;
 

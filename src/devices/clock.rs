@@ -86,10 +86,7 @@ impl Clock {
                 return;
             }
             // At least a nanosecond, so that rounding cannot spin for ever.
-            thread::sleep(
-                self.wall(left)
-                    .clamp(Duration::from_nanos(1), SLEEP_PIECE),
-            );
+            thread::sleep(self.wall(left).clamp(Duration::from_nanos(1), SLEEP_PIECE));
         }
     }
 }

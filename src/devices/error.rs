@@ -62,7 +62,9 @@ pub enum DeviceError {
         detail: String,
     },
     /// The dialogue broke, or the device says that it is broken.
-    #[error("{device} on {port}: {detail}; it is being connected anew, power-cycle it if this repeats")]
+    #[error(
+        "{device} on {port}: {detail}; it is being connected anew, power-cycle it if this repeats"
+    )]
     Fault {
         /// Which device.
         device: Device,
@@ -82,7 +84,9 @@ pub enum DeviceError {
         detail: String,
     },
     /// The device took too long.
-    #[error("{device} on {port} did not finish {what} in {limit_s} s: power-cycle it if this repeats")]
+    #[error(
+        "{device} on {port} did not finish {what} in {limit_s} s: power-cycle it if this repeats"
+    )]
     Overdue {
         /// Which device.
         device: Device,
@@ -94,7 +98,9 @@ pub enum DeviceError {
         limit_s: u64,
     },
     /// The head's position is not to be trusted; nothing was measured.
-    #[error("pan-tilt on {port}: its position is not trusted ({detail}); home it before the next sweep")]
+    #[error(
+        "pan-tilt on {port}: its position is not trusted ({detail}); home it before the next sweep"
+    )]
     PositionLost {
         /// The head's port.
         port: String,
@@ -102,7 +108,9 @@ pub enum DeviceError {
         detail: String,
     },
     /// An axis did not follow its command.
-    #[error("pan-tilt on {port}: {axis} stopped at {at_steps}, on its way to {target_steps}: is it blocked, or overloaded? Home it before the next sweep")]
+    #[error(
+        "pan-tilt on {port}: {axis} stopped at {at_steps}, on its way to {target_steps}: is it blocked, or overloaded? Home it before the next sweep"
+    )]
     Stalled {
         /// The head's port.
         port: String,
@@ -114,7 +122,9 @@ pub enum DeviceError {
         target_steps: i32,
     },
     /// The plan asks for angles the head cannot reach.
-    #[error("pan-tilt on {port} reaches {axis} {low_deg:.1} to {high_deg:.1} deg, {wanted} asked for: change {key}")]
+    #[error(
+        "pan-tilt on {port} reaches {axis} {low_deg:.1} to {high_deg:.1} deg, {wanted} asked for: change {key}"
+    )]
     OutOfReach {
         /// The head's port.
         port: String,
@@ -130,7 +140,9 @@ pub enum DeviceError {
         key: &'static str,
     },
     /// The laser's timer went back to zero or jumped in the middle of a sweep: its instants say nothing any more.
-    #[error("laser on {port}: its timer {what} in the middle of the sweep, the sweep is void; take another")]
+    #[error(
+        "laser on {port}: its timer {what} in the middle of the sweep, the sweep is void; take another"
+    )]
     TimerLost {
         /// The laser's port.
         port: String,

@@ -322,7 +322,10 @@ fn scale(axis: &AxisIdentity, sign: f64, zero_rad: f64) -> AxisScale {
 
 fn bounded_speed(axis: &AxisIdentity, rad_s: f64) -> i32 {
     let wanted = (rad_s.abs() / axis.step.radians()).round();
-    (wanted as i32).max(axis.speed_min).min(axis.speed_max).max(1)
+    (wanted as i32)
+        .max(axis.speed_min)
+        .min(axis.speed_max)
+        .max(1)
 }
 
 fn pan_steps(

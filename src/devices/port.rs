@@ -125,7 +125,11 @@ impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
             let baud = bauds.get(turn % bauds.len().max(1)).copied();
             self.connected = false;
             let end = match self.name.open(baud.unwrap_or(self.name.baud)) {
-                Ok(link) => self.serve(link, baud.unwrap_or(self.name.baud), bauds.len() > 1 && !self.found),
+                Ok(link) => self.serve(
+                    link,
+                    baud.unwrap_or(self.name.baud),
+                    bauds.len() > 1 && !self.found,
+                ),
                 Err(error) => End::Failed(error),
             };
             let End::Failed(error) = end else { return };

@@ -104,6 +104,9 @@ mod tests {
         };
         assert!(matches!(source, PortError::NoSuchPort(_)));
         let text = error.map(|e| e.to_string()).unwrap_or_default();
-        assert!(text.contains("/dev/no-such-port") && text.contains("ptu.port"), "{text}");
+        assert!(
+            text.contains("/dev/no-such-port") && text.contains("ptu.port"),
+            "{text}"
+        );
     }
 }

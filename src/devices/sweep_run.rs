@@ -189,7 +189,9 @@ impl SweepRun {
                 _ => {}
             },
             E::Scan {
-                scan, first_byte_at, ..
+                scan,
+                first_byte_at,
+                ..
             } => self.on_scan(scan, first_byte_at, now),
             E::Rejected {
                 reason: Rejection::StampJump { advance_ms, .. },

@@ -4,9 +4,9 @@ use super::constants::LONGEST_NAME;
 use super::message::{Ask, Message};
 use super::replies::{ErrorReply, Reply, StatusReply};
 use crate::patrol::event::{Refusal, Task};
+use axum::extract::State;
 use axum::extract::connect_info::{ConnectInfo, Connected};
 use axum::extract::rejection::JsonRejection;
-use axum::extract::State;
 use axum::http::{HeaderName, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
@@ -100,7 +100,10 @@ async fn tell_status(State(desk): State<Desk>) -> Response {
 
 async fn unknown_path() -> Response {
     let paths = "POST /visit, /teach, /sweep; GET /status";
-    error(StatusCode::NOT_FOUND, format!("no such path; there are {paths}"))
+    error(
+        StatusCode::NOT_FOUND,
+        format!("no such path; there are {paths}"),
+    )
 }
 
 async fn wrong_method() -> Response {

@@ -198,7 +198,12 @@ impl Conductor {
             RobotEvent::Failed(reason) => Event::DevicesFailed(reason),
             RobotEvent::Closed => Event::DevicesClosed,
             RobotEvent::Swept(id, raw) => {
-                let spent = self.hands.robot.clock().now().saturating_sub(self.sweep_began);
+                let spent = self
+                    .hands
+                    .robot
+                    .clock()
+                    .now()
+                    .saturating_sub(self.sweep_began);
                 if let Some(work) = self.work.as_mut().filter(|w| w.request.id == id) {
                     work.timing.sweep = spent.as_secs_f64() * 1e3;
                     self.raw = Some(raw);
@@ -381,7 +386,11 @@ impl Conductor {
         self.settings = Arc::new(loaded.settings.clone());
         self.hands.status.send_modify(|status| {
             status.robot.clone_from(&loaded.settings.robot.name);
-            status.config_files = loaded.files.iter().map(|f| f.display().to_string()).collect();
+            status.config_files = loaded
+                .files
+                .iter()
+                .map(|f| f.display().to_string())
+                .collect();
             status.config_loaded_at = stamp_now().text();
         });
         let text = "configuration read again and put in force".to_owned();

@@ -104,9 +104,13 @@ pub fn judge(
     let finding = match (task, fault) {
         (Task::Sweep, fault) => Ok(Finding::Points(write_ply(&view.points), fault)),
         (_, Some(fault)) => Err(fault),
-        (Task::Teach, None) => prepare(view, &settings.engine(Some(waypoint)), settings.mixture.seed)
-            .map(|reference| Finding::Reference(reference.mixture))
-            .map_err(|error| error.to_string()),
+        (Task::Teach, None) => prepare(
+            view,
+            &settings.engine(Some(waypoint)),
+            settings.mixture.seed,
+        )
+        .map(|reference| Finding::Reference(reference.mixture))
+        .map_err(|error| error.to_string()),
         (Task::Visit, None) => stored
             .ok_or_else(|| "no reference at hand".to_owned())
             .and_then(|stored| compare(waypoint, view, stored, settings, ready)),
@@ -132,8 +136,8 @@ fn compare(
     let reference = ready.get(stored, settings)?;
     let seed = settings.mixture.seed;
     let engine = settings.engine(Some(waypoint));
-    let inspection = inspect(&reference, view, &engine, seed, &mut |_| ())
-        .map_err(|error| error.to_string())?;
+    let inspection =
+        inspect(&reference, view, &engine, seed, &mut |_| ()).map_err(|error| error.to_string())?;
     let points = [stored.view.points.len(), view.points.len()];
     let mut report = Report::new(&inspection, points, settings.novelty.engine.word(), seed);
     let detection = &inspection.detection;

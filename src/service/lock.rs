@@ -61,11 +61,12 @@ mod tests {
     fn the_second_is_told_who_the_first_is() {
         let dir = tempfile::tempdir().expect("temp dir");
         let first = StoreLock::take(dir.path()).expect("free");
-        let told = StoreLock::take(dir.path())
-            .expect_err("taken")
-            .to_string();
+        let told = StoreLock::take(dir.path()).expect_err("taken").to_string();
         let pid = std::process::id();
-        assert!(told.starts_with(&format!("another patrold (pid {pid}) already uses ")), "{told}");
+        assert!(
+            told.starts_with(&format!("another patrold (pid {pid}) already uses ")),
+            "{told}"
+        );
         drop(first);
         StoreLock::take(dir.path()).expect("free again");
     }

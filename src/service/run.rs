@@ -6,23 +6,21 @@ use super::constants::{STOP_LIMIT, TICK};
 use super::error::ServiceError;
 use super::ledger::Ledger;
 use super::lock::StoreLock;
-use super::logging::{self, LogLevel};
+use super::logging::LogLevel;
 use super::message::{Control, Message};
 use super::replies::StatusReply;
 use super::robot::{Connect, Notes};
 use super::robot_thread::RobotThread;
 use super::socket;
 use super::stamp::stamp_now;
-use super::station::StationConnect;
 use super::systemd::Systemd;
 use crate::config::{Loaded, load};
 use crate::devices::Clock;
 use crate::store::Store;
 use std::future::Future;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc::{self, Receiver, UnboundedReceiver, UnboundedSender};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval};
@@ -41,37 +39,6 @@ pub struct Plan {
     pub log: Option<LogLevel>,
 }
 
-/// Runs the service with the configuration in `config` (or the default file) until SIGTERM or SIGINT; SIGHUP reads
-/// the configuration again.
-///
-/// # Errors
-/// Wrong configuration, a store or socket that cannot be used. Devices that are absent are no error.
-pub fn run(config: Option<&Path>) -> Result<(), ServiceError> {
-    let loaded = load(config, &[]).map_err(ServiceError::Config)?;
-    let log = logging::start(&loaded.settings.log);
-    let system = |what| move |source| ServiceError::System { what, source };
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(2)
-        .enable_all()
-        .build()
-        .map_err(system("the asynchronous runtime"))?;
-    let clock = Clock::real();
-    let plan = Plan {
-        loaded,
-        config: config.map(Path::to_owned),
-        connect: Box::new(StationConnect::new(clock.clone())),
-        clock,
-        log,
-    };
-    let ended = runtime.block_on(async {
-        let controls = signals().map_err(system("signals"))?;
-        serve(plan, controls).await
-    });
-    // A judgement under way is not waited for.
-    runtime.shutdown_background();
-    ended
-}
-
 /// Runs a service inside another program until `shutdown` is ready.
 ///
 /// # Errors
@@ -88,26 +55,6 @@ pub async fn run_until(plan: Plan, shutdown: impl Future<Output = ()>) -> Result
         ended = serve(plan, receiver) => ended,
         () = stop => Ok(()),
     }
-}
-
-fn signals() -> std::io::Result<Receiver<Control>> {
-    let mut hangup = signal(SignalKind::hangup())?;
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    let (controls, receiver) = mpsc::channel(4);
-    tokio::spawn(async move {
-        loop {
-            let control = tokio::select! {
-                _ = hangup.recv() => Control::Reload,
-                _ = terminate.recv() => Control::Stop,
-                _ = interrupt.recv() => Control::Stop,
-            };
-            if controls.send(control).await.is_err() {
-                return;
-            }
-        }
-    });
-    Ok(receiver)
 }
 
 /// Runs a service; `controls` reload and stop it, and its end stops it too.
@@ -207,7 +154,11 @@ fn first_status(loaded: &Loaded) -> StatusReply {
         robot: settings.robot.name.clone(),
         pid: std::process::id(),
         started_at: now.clone(),
-        config_files: loaded.files.iter().map(|f| f.display().to_string()).collect(),
+        config_files: loaded
+            .files
+            .iter()
+            .map(|f| f.display().to_string())
+            .collect(),
         config_loaded_at: now,
         store_dir: settings.store.dir.display().to_string(),
         ..StatusReply::default()

@@ -93,7 +93,9 @@ impl Work {
         let settings = &self.settings;
         let waypoint = &self.request.waypoint;
         let report = judgement.map(|j| &j.report);
-        let quality = kept.map(|k| json!(k.quality).to_string()).unwrap_or_default();
+        let quality = kept
+            .map(|k| json!(k.quality).to_string())
+            .unwrap_or_default();
         let verdict = judgement.map_or(Verdict::NotObserved, |j| j.verdict);
         let novelties = report.map_or(&[][..], |r| &r.novelties);
         let u_th = report.map_or_else(|| settings.u_th(Some(waypoint)), |r| r.u_th);
