@@ -2,7 +2,9 @@
 
 use nalgebra::{Point3, Unit, Vector3};
 use patrold::geometry::{NoiseLaw, Pose, RollPitchYaw, View};
-use patrold::novelty::{Detection, Kind, Reference, Settings, Verdict, detect};
+use patrold::novelty::{
+    Detection, Kind, Model, Reference, Segmentation, Settings, Verdict, detect,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -353,4 +355,54 @@ fn the_same_pair_gives_the_same_answer_on_any_number_of_threads() {
         })
     };
     assert!(with(1) == with(3));
+}
+
+/// Algorithm 1 as the paper has it.
+fn by_algorithm_1(model: Model, seed: u64) -> Detection {
+    let ball = Solid::Ball([2.2, 0.2, -0.2], 0.3);
+    let settings = Settings {
+        segmentation: Segmentation::Mixture,
+        model,
+        ..Settings::default()
+    };
+    let look =
+        |scene: Scene, seed| scene.look(Pattern::Tilted(1.0), &here(), URG, f64::INFINITY, seed);
+    let reference = Reference::prepare(&look(room(), 1), &settings, seed).expect("a reference");
+    let current = look(room().with(ball), 2);
+    let found = detect(&reference, &current, &settings, seed, &mut |_| {}).expect("a detection");
+    eprintln!(
+        "{model:?} {:?} {} {:?}",
+        found.verdict, found.reason, found.components
+    );
+    for n in &found.novelties {
+        eprintln!(
+            "    {:?} {} at {:.2?}",
+            n.kind,
+            n.points.len(),
+            n.moments.mean.coords.as_slice()
+        );
+    }
+    found
+}
+
+#[test]
+fn algorithm_1_on_a_refitted_revisit_takes_out_the_ball() {
+    let found = by_algorithm_1(Model::Refit, 1);
+    let ball = Point3::new(2.0, 0.2, -0.2);
+    assert!(
+        found
+            .novelties
+            .iter()
+            .any(|n| { n.kind == Kind::Appeared && (n.moments.mean - ball).norm() < 0.3 })
+    );
+}
+
+#[test]
+fn algorithm_1_on_independent_fits_ends_and_is_deterministic() {
+    let (a, b) = (
+        by_algorithm_1(Model::Independent { most: 12 }, 5),
+        by_algorithm_1(Model::Independent { most: 12 }, 5),
+    );
+    assert_eq!(a.d_gmm.to_bits(), b.d_gmm.to_bits());
+    assert_eq!(a.novelties, b.novelties);
 }

@@ -67,19 +67,22 @@ impl Surfaces {
     pub fn of(points: &[Point3<f64>], origin: &Point3<f64>, spacing_rad: f64, cell_m: f64) -> Self {
         let (means, counts, patch_of_point) = thin(points, cell_m);
         let grid = Grid::new(&means, 2.0 * cell_m);
-        let patches = means
-            .par_iter()
-            .zip(counts.par_iter())
-            .map(|(mean, count)| {
+        let cells = Cells {
+            means: &means,
+            counts: &counts,
+            grid: &grid,
+        };
+        let patches = (0..means.len())
+            .into_par_iter()
+            .map(|at| {
+                let mean = &means[at];
                 let range_m = (mean - origin).norm();
                 let radius_m = (1.6 * spacing_rad * range_m)
                     .max(3.0 * cell_m)
                     .min(1.0_f64.max(3.0 * cell_m));
                 // A lone point stands for its own gap between rays, met at a shallow angle.
                 let most_m2 = (SHALLOW * (spacing_rad * range_m).powi(2)).max(cell_m.powi(2));
-                patch(
-                    &means, &counts, &grid, mean, *count, origin, radius_m, most_m2,
-                )
+                patch(&cells, at, origin, radius_m, most_m2)
             })
             .collect();
         Self {
@@ -116,20 +119,13 @@ fn thin(points: &[Point3<f64>], cell_m: f64) -> (Vec<Point3<f64>>, Vec<usize>, V
     (means, sums.iter().map(|(_, n)| *n).collect(), of_point)
 }
 
-fn patch(
-    means: &[Point3<f64>],
-    counts: &[usize],
-    grid: &Grid,
-    mean: &Point3<f64>,
-    count: usize,
-    origin: &Point3<f64>,
-    radius_m: f64,
-    most_m2: f64,
-) -> Patch {
-    let near = Neighbourhood::of(means, counts, grid, mean, radius_m);
+/// The patch of cell `at`, seen from `origin`; one of its points stands for `most_m2` at most.
+fn patch(cells: &Cells<'_>, at: usize, origin: &Point3<f64>, radius_m: f64, most_m2: f64) -> Patch {
+    let (mean, count) = (&cells.means[at], cells.counts[at]);
+    let near = Neighbourhood::of(cells, mean, radius_m);
     // Scan lines lie further apart on a surface met at a shallow angle.
     let around = if near.one_line() && radius_m < 1.0 {
-        Neighbourhood::of(means, counts, grid, mean, (WIDER * radius_m).min(1.0))
+        Neighbourhood::of(cells, mean, (WIDER * radius_m).min(1.0))
     } else {
         near
     };
@@ -154,6 +150,13 @@ fn patch(
     }
 }
 
+/// All thinning cells of a view.
+struct Cells<'a> {
+    means: &'a [Point3<f64>],
+    counts: &'a [usize],
+    grid: &'a Grid,
+}
+
 /// The cells around a place and their principal axes.
 struct Neighbourhood {
     n: f64,
@@ -166,21 +169,15 @@ struct Neighbourhood {
 }
 
 impl Neighbourhood {
-    fn of(
-        means: &[Point3<f64>],
-        counts: &[usize],
-        grid: &Grid,
-        mean: &Point3<f64>,
-        radius_m: f64,
-    ) -> Self {
+    fn of(cells: &Cells<'_>, mean: &Point3<f64>, radius_m: f64) -> Self {
         let mut n = 0.0;
         let mut points = 0;
         let mut sum = Vector3::zeros();
         let mut square = Matrix3::zeros();
-        grid.for_each_within(mean, radius_m, |i, _| {
-            let d = means[i] - mean;
+        cells.grid.for_each_within(mean, radius_m, |i, _| {
+            let d = cells.means[i] - mean;
             n += 1.0;
-            points += counts[i];
+            points += cells.counts[i];
             sum += d;
             square += d * d.transpose();
         });

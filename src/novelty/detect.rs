@@ -96,23 +96,22 @@ pub fn detect(
 
     observer(Stage::Segment);
     let evidence = pair.judge(settings);
-    let things = match settings.segmentation {
-        Segmentation::Evidence => [
-            segment(then, &evidence[0], &settings.segment),
-            segment(&now, &evidence[1], &settings.segment),
-        ],
+    let (things, literal) = match settings.segmentation {
+        Segmentation::Evidence => {
+            let things = [
+                segment(then, &evidence[0], &settings.segment),
+                segment(&now, &evidence[1], &settings.segment),
+            ];
+            (things, None)
+        }
         Segmentation::Mixture => {
-            let current_mixture = match settings.model {
+            let own_model = match settings.model {
                 Model::Refit => None,
                 Model::Independent { .. } => Some(model(&now, settings, seed)?),
             };
-            algorithm1::segment(
-                &reference.mixture,
-                current_mixture,
-                &pair,
-                &evidence,
-                settings,
-            )?
+            let found = algorithm1::run(&reference.mixture, own_model, &pair, &evidence, settings)?;
+            let literal = (found.d, found.contributions, found.components);
+            (found.things, Some(literal))
         }
     };
 
@@ -123,7 +122,10 @@ pub fn detect(
         pair.side(0, &sights[0], &points[0]),
         pair.side(1, &sights[1], &points[1]),
     ];
-    let balance = quantify(&reference.mixture, &sides[0], &sides[1], &settings.quantify)?;
+    let mut balance = quantify(&reference.mixture, &sides[0], &sides[1], &settings.quantify)?;
+    if let Some((d, contributions, components)) = literal {
+        balance.restate(d, contributions, components);
+    }
     let novelties = tell(&things, &sides, &balance, &pair.registration)?;
 
     let mut labels = vec![false; current.points.len()];

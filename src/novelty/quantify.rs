@@ -5,8 +5,8 @@
 //! more than sampling explains count as equal. Mass is visible surface: thinning cells, not points,
 //! so that it does not depend on how beams crowd.
 
+use super::ledger::Ledger;
 use super::{NoveltyError, Prepared, QuantifySettings, Sight};
-use crate::distance::{Ground, emd};
 use crate::geometry::Pose;
 use crate::mixture::{
     EmSettings, Mixture, RefitSettings, SplitSettings, Unexplained, refit, split_until_flat,
@@ -32,6 +32,8 @@ pub struct Balance {
     pub d: f64,
     /// d_GMM times the visible surface, m^2 m (for a ground distance in metres).
     pub work_m3: f64,
+    /// Surface that both could see, with what came and went, square metres.
+    pub surface_m2: f64,
     /// Mass and contribution of each appeared novelty.
     pub appeared: Vec<(f64, f64)>,
     /// Mass and contribution of each disappeared novelty.
@@ -42,6 +44,23 @@ pub struct Balance {
     pub components: [usize; 2],
     /// Share of each view's surface that the other could see: reference, current.
     pub overlap: [f64; 2],
+}
+
+impl Balance {
+    /// Puts d_GMM as Algorithm 1 took it, of the whole mixtures, in the place of the distance between
+    /// what both could see. `contributions` and `components` are those of reference and revisit.
+    pub fn restate(&mut self, d: f64, contributions: [Vec<f64>; 2], components: [usize; 2]) {
+        let [went, came] = contributions;
+        self.rest = d - went.iter().chain(&came).sum::<f64>();
+        for (list, parts) in [(&mut self.disappeared, went), (&mut self.appeared, came)] {
+            for (entry, part) in list.iter_mut().zip(parts) {
+                entry.1 = part;
+            }
+        }
+        self.d = d;
+        self.work_m3 = d * self.surface_m2;
+        self.components = components;
+    }
 }
 
 /// Weighs the two views against each other. `mixture` is the reference's, in its frame.
@@ -58,6 +77,7 @@ pub fn quantify(
     let mut balance = Balance {
         d: 0.0,
         work_m3: 0.0,
+        surface_m2: sides[0].total().max(sides[1].total()),
         appeared: vec![(0.0, 0.0); current.novelties.len()],
         disappeared: vec![(0.0, 0.0); reference.novelties.len()],
         rest: 0.0,
@@ -100,12 +120,16 @@ pub fn quantify(
                 balance.components[side] += 1;
                 ledger.enter(*g, masses, Some((side, index)));
             }
-            let list = [&mut balance.disappeared, &mut balance.appeared];
-            list.into_iter().nth(side).map(|l| l[index].0 = mass);
+            let told = if side == 0 {
+                &mut balance.disappeared
+            } else {
+                &mut balance.appeared
+            };
+            told[index].0 = mass;
         }
     }
     ledger.settle(settings.ground, &mut balance)?;
-    balance.work_m3 = balance.d * sides[0].total().max(sides[1].total());
+    balance.work_m3 = balance.d * balance.surface_m2;
     Ok(balance)
 }
 
@@ -235,7 +259,7 @@ fn widened(mixture: &Mixture, reference: &Prepared, current: &Prepared) -> Mixtu
 
 /// One M step from the reference's weights: each place is shared out as the reference would. More
 /// steps let overlapping components take weight from one another for no reason of the scene.
-fn one_step() -> RefitSettings {
+pub fn one_step() -> RefitSettings {
     RefitSettings {
         em: EmSettings {
             iterations: 1,
@@ -328,66 +352,6 @@ fn explained_by_sampling(
         }
     }
     [then, now]
-}
-
-/// Who has mass left and who lacks it once common mass stays where it is. All ground distances are
-/// metrics, so that leaving common mass in place costs nothing and the EMD stays exact.
-#[derive(Default)]
-struct Ledger {
-    surplus: Mixture,
-    from: Vec<Option<(usize, usize)>>,
-    lack: Mixture,
-    to: Vec<Option<(usize, usize)>>,
-}
-
-impl Ledger {
-    /// Enters a component with its masses in reference and revisit, and the novelty that owns it.
-    fn enter(
-        &mut self,
-        g: crate::mixture::Gaussian,
-        masses: [f64; 2],
-        owner: Option<(usize, usize)>,
-    ) {
-        let difference = masses[0] - masses[1];
-        // Below rounding of masses that sum to one, nothing moves.
-        if difference > 1e-12 {
-            self.surplus.components.push(g);
-            self.surplus.weights.push(difference);
-            self.from.push(owner);
-        } else if difference < -1e-12 {
-            self.lack.components.push(g);
-            self.lack.weights.push(-difference);
-            self.to.push(owner);
-        }
-    }
-
-    fn settle(&self, ground: Ground, balance: &mut Balance) -> Result<(), NoveltyError> {
-        let moved: f64 = self.surplus.weights.iter().sum();
-        if moved <= 0.0 || self.lack.is_empty() {
-            return Ok(());
-        }
-        let solved = emd(&self.surplus, &self.lack, ground)?;
-        for flow in &solved.plan {
-            let cost = moved * flow.mass * flow.distance;
-            balance.d += cost;
-            let owners: Vec<(usize, usize)> = [self.from[flow.from], self.to[flow.to]]
-                .into_iter()
-                .flatten()
-                .collect();
-            if owners.is_empty() {
-                balance.rest += cost;
-            }
-            for (side, index) in &owners {
-                let part = cost / owners.len() as f64;
-                if *side == 0 {
-                    balance.disappeared[*index].1 += part;
-                } else {
-                    balance.appeared[*index].1 += part;
-                }
-            }
-        }
-        Ok(())
-    }
 }
 
 #[cfg(test)]
