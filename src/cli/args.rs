@@ -1,7 +1,9 @@
 //! The command line as a whole, and the way from a command to its exit code.
 
 use super::failure::Outcome;
-use super::{alarms, compare, config, distance, fit, shapes, teach, visit, waypoints};
+use super::{
+    alarms, compare, config, distance, fit, run as service, shapes, teach, visit, waypoints,
+};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -15,6 +17,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// The service: sweeps and judges on request, until stopped
+    Run(service::RunArgs),
     /// Ask the running service: the robot stands at NAME, inspect it
     Visit(visit::VisitArgs),
     /// Ask the running service: the robot stands at NAME, take its reference
@@ -38,6 +42,7 @@ enum Command {
 /// Runs the command; a failure is one line (or one per mistake) on standard error.
 pub fn run(cli: Cli) -> ExitCode {
     let outcome: Outcome = match &cli.command {
+        Command::Run(args) => service::run(args),
         Command::Visit(args) => visit::run(args),
         Command::Teach(args) => teach::run(args),
         Command::Compare(args) => compare::run(args),

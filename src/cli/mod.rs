@@ -12,6 +12,7 @@ mod failure;
 mod fit;
 mod output;
 mod progress;
+mod run;
 mod shapes;
 mod stopwatch;
 mod table;

@@ -53,11 +53,12 @@ impl std::fmt::Display for Peer {
     }
 }
 
-/// Answers at `listener` until it is dropped.
+/// Answers at `listener` until `stop` is ready or dropped; requests under way get their answers then.
 pub async fn serve(
     listener: UnixListener,
     inbox: UnboundedSender<Message>,
     status: watch::Receiver<StatusReply>,
+    stop: oneshot::Receiver<()>,
 ) {
     let routes = Router::new()
         .route("/visit", post(visit))
@@ -68,7 +69,12 @@ pub async fn serve(
         .method_not_allowed_fallback(wrong_method)
         .with_state(Desk { inbox, status });
     let service = routes.into_make_service_with_connect_info::<Peer>();
-    if let Err(error) = axum::serve(listener, service).await {
+    let stopped = async {
+        // Told or dropped, it is the end.
+        let _ = stop.await;
+    };
+    let served = axum::serve(listener, service).with_graceful_shutdown(stopped);
+    if let Err(error) = served.await {
         tracing::error!("the control socket answers no more: {error}");
     }
 }

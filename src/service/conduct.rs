@@ -183,8 +183,9 @@ impl Conductor {
     fn handle(&mut self, event: Event) {
         let now = self.hands.robot.clock().now();
         let actions = self.machine.handle(now, event);
-        self.perform(actions);
+        // First the status, so that whoever has an answer never sees an older one.
         self.tell_status();
+        self.perform(actions);
     }
 
     fn robot_event(&mut self, event: RobotEvent) -> Event {
@@ -495,11 +496,11 @@ fn send(inbox: &UnboundedSender<Message>, message: Message) {
 
 fn log_visit(visit: &super::replies::VisitReply) {
     let (waypoint, verdict, reason) = (&visit.waypoint, &visit.verdict, &visit.reason);
-    let d_gmm = visit.d_gmm.unwrap_or(f64::NAN);
-    match visit.alarm {
-        Some(alarm) => tracing::warn!(
-            WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm, ALARM_ID = alarm.id,
-            "{waypoint}: {verdict}, alarm {}: {reason}", alarm.id
+    let (d_gmm, alarm_id) = (visit.d_gmm, visit.alarm.map(|alarm| alarm.id));
+    match alarm_id {
+        Some(id) => tracing::warn!(
+            WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm, ALARM_ID = id,
+            "{waypoint}: {verdict}, alarm {id}: {reason}"
         ),
         None => tracing::info!(
             WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm,

@@ -15,7 +15,7 @@ mod robot_thread;
 mod run;
 mod socket;
 mod stamp;
-// mod station;
+mod station;
 mod systemd;
 mod work;
 
@@ -24,5 +24,6 @@ pub use error::ServiceError;
 pub use logging::{LogLevel, start as start_logging};
 pub use message::Control;
 pub use robot::{Connect, Fault, Notes, Robot};
-pub use run::{Plan, run_until, serve};
+pub use run::{Plan, run, run_until, serve};
 pub use stamp::stamp_now;
+pub use station::StationConnect;

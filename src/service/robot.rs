@@ -21,9 +21,6 @@ pub trait Robot: Send {
         waypoint: Option<&str>,
         cancel: &Cancel,
     ) -> Result<RawSweep, Fault>;
-
-    /// Laser off, head still and at low power.
-    fn park(&mut self);
 }
 
 /// Why a robot gave no sweep.

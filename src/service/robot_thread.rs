@@ -1,6 +1,6 @@
 //! The thread that owns the robot: its calls block, so they have a thread of their own, and a bound each.
 
-use super::constants::{LEG_LIMIT, LINE_LIMIT, OPEN_LIMIT, TILT_SLACK};
+use super::constants::{LEG_LIMIT, LINE_LIMIT, OPEN_LIMIT, RECOVERY_LIMIT, TILT_SLACK};
 use super::robot::{Connect, Fault, Notes, Robot};
 use crate::config::{Settings, SweepMode};
 use crate::devices::{Cancel, Clock};
@@ -134,7 +134,7 @@ impl<F: FnMut(RobotEvent)> Owner<F> {
                     Some(self.sweep(id, &settings, waypoint.as_deref(), &cancel))
                 }
                 Order::Close => {
-                    self.let_go();
+                    self.robot = None;
                     Some(RobotEvent::Closed)
                 }
             };
@@ -142,12 +142,11 @@ impl<F: FnMut(RobotEvent)> Owner<F> {
                 (self.tell)(event);
             }
         }
-        self.let_go();
     }
 
     /// An opening that was cancelled tells nothing: whoever cancelled it ordered something else.
     fn open(&mut self, settings: &Settings, cancel: &Cancel) -> Option<RobotEvent> {
-        self.let_go();
+        self.robot = None;
         self.begin(OPEN_LIMIT);
         let opened = self.connect.connect(settings, &self.notes, cancel);
         let event = match opened {
@@ -184,12 +183,6 @@ impl<F: FnMut(RobotEvent)> Owner<F> {
         }
     }
 
-    fn let_go(&mut self) {
-        if let Some(mut robot) = self.robot.take() {
-            robot.park();
-        }
-    }
-
     fn begin(&self, limit: Duration) {
         *lock(&self.bound) = Some(Instant::now() + self.clock.wall(limit));
     }
@@ -216,7 +209,7 @@ pub(super) fn longest_sweep(settings: &Settings, waypoint: Option<&str>) -> Dura
         ),
     };
     let leg = leg.unwrap_or(Duration::ZERO) + LEG_LIMIT;
-    leg * u32::try_from(legs).unwrap_or(u32::MAX)
+    RECOVERY_LIMIT + leg * u32::try_from(legs).unwrap_or(u32::MAX)
 }
 
 #[cfg(test)]
@@ -228,10 +221,10 @@ mod tests {
     #[test]
     fn the_bound_of_a_sweep_grows_with_its_legs_and_lines() {
         let mut settings = Settings::defaults();
-        // 60 deg at 5 deg/s, twice, and a minute.
-        assert_eq!(longest_sweep(&settings, None).as_secs(), 84);
+        // 60 deg at 5 deg/s, twice, and a minute; before it a minute and a half of homing.
+        assert_eq!(longest_sweep(&settings, None).as_secs(), 174);
         settings.sweep.pans_rad = vec![0.0, 1.0];
-        assert_eq!(longest_sweep(&settings, Some("hall")).as_secs(), 168);
+        assert_eq!(longest_sweep(&settings, Some("hall")).as_secs(), 258);
         settings.sweep.mode = SweepMode::Step;
         assert!(longest_sweep(&settings, None) > Duration::from_secs(360));
     }

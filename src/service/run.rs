@@ -2,28 +2,30 @@
 
 use super::api;
 use super::conduct::{Conductor, Hands};
-use super::constants::{STOP_LIMIT, TICK};
+use super::constants::{LAST_WORDS_LIMIT, STOP_LIMIT, TICK};
 use super::error::ServiceError;
 use super::ledger::Ledger;
 use super::lock::StoreLock;
-use super::logging::LogLevel;
+use super::logging::{self, LogLevel};
 use super::message::{Control, Message};
 use super::replies::StatusReply;
 use super::robot::{Connect, Notes};
 use super::robot_thread::RobotThread;
 use super::socket;
 use super::stamp::stamp_now;
+use super::station::StationConnect;
 use super::systemd::Systemd;
 use crate::config::{Loaded, load};
 use crate::devices::Clock;
 use crate::store::Store;
 use std::future::Future;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
-use tokio::sync::mpsc::{self, Receiver, UnboundedReceiver, UnboundedSender};
-use tokio::sync::watch;
-use tokio::time::{MissedTickBehavior, interval};
+use std::time::Instant;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::mpsc::{self, Receiver, UnboundedSender};
+use tokio::sync::{oneshot, watch};
+use tokio::time::{MissedTickBehavior, interval, timeout};
 
 /// What a service is made of.
 pub struct Plan {
@@ -37,6 +39,37 @@ pub struct Plan {
     pub connect: Box<dyn Connect>,
     /// Changes how much is logged, where this process logs.
     pub log: Option<LogLevel>,
+}
+
+/// Runs the service with the configuration in `config` (or the default file) until SIGTERM or SIGINT; SIGHUP reads
+/// the configuration again.
+///
+/// # Errors
+/// Wrong configuration, a store or socket that cannot be used. Devices that are absent are no error.
+pub fn run(config: Option<&Path>) -> Result<(), ServiceError> {
+    let loaded = load(config, &[]).map_err(ServiceError::Config)?;
+    let log = logging::start(&loaded.settings.log);
+    let system = |what| move |source| ServiceError::System { what, source };
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()
+        .map_err(system("the asynchronous runtime"))?;
+    let clock = Clock::real();
+    let plan = Plan {
+        loaded,
+        config: config.map(Path::to_owned),
+        connect: Box::new(StationConnect::new(clock.clone())),
+        clock,
+        log,
+    };
+    let ended = runtime.block_on(async {
+        let controls = signals().map_err(system("signals"))?;
+        serve(plan, controls).await
+    });
+    // A judgement under way is not waited for.
+    runtime.shutdown_background();
+    ended
 }
 
 /// Runs a service inside another program until `shutdown` is ready.
@@ -57,6 +90,26 @@ pub async fn run_until(plan: Plan, shutdown: impl Future<Output = ()>) -> Result
     }
 }
 
+fn signals() -> std::io::Result<Receiver<Control>> {
+    let mut hangup = signal(SignalKind::hangup())?;
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let (controls, receiver) = mpsc::channel(4);
+    tokio::spawn(async move {
+        loop {
+            let control = tokio::select! {
+                _ = hangup.recv() => Control::Reload,
+                _ = terminate.recv() => Control::Stop,
+                _ = interrupt.recv() => Control::Stop,
+            };
+            if controls.send(control).await.is_err() {
+                return;
+            }
+        }
+    });
+    Ok(receiver)
+}
+
 /// Runs a service; `controls` reload and stop it, and its end stops it too.
 ///
 /// # Errors
@@ -68,7 +121,13 @@ pub async fn serve(plan: Plan, mut controls: Receiver<Control>) -> Result<(), Se
     let (listener, socket_file) = socket::listen(&settings.api.socket, settings.api.socket_mode)?;
     let (inbox, mut messages) = mpsc::unbounded_channel();
     let (status, status_reader) = watch::channel(first_status(&plan.loaded));
-    let web = tokio::spawn(api::serve(listener, inbox.clone(), status_reader));
+    let (stop_web, web_stopped) = oneshot::channel();
+    let web = tokio::spawn(api::serve(
+        listener,
+        inbox.clone(),
+        status_reader,
+        web_stopped,
+    ));
     let hands = hands(plan.connect, plan.clock, store, plan.log, &inbox, status)?;
     let mut conductor = Conductor::start(hands, settings);
     conductor.announce();
@@ -94,17 +153,13 @@ pub async fn serve(plan: Plan, mut controls: Receiver<Control>) -> Result<(), Se
     }
     drop(socket_file);
     conductor.finish();
-    // Answers that were given are still on their way out.
-    linger(&mut messages).await;
-    web.abort();
+    // Nobody takes requests any more; answers that were given are still on their way out.
+    drop((messages, stop_web));
+    if timeout(LAST_WORDS_LIMIT, web).await.is_err() {
+        tracing::debug!("an asker did not read its answer");
+    }
     drop(lock);
     Ok(())
-}
-
-/// Leaves the web tasks a moment to write their last answers.
-async fn linger(messages: &mut UnboundedReceiver<Message>) {
-    messages.close();
-    tokio::time::sleep(Duration::from_millis(50)).await;
 }
 
 fn hands(

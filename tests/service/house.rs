@@ -37,6 +37,7 @@ pub struct Script {
     pub absent: Option<&'static str>,
     pub connections: usize,
     pub sweeps: u64,
+    /// Connections that were let go.
     pub parked: usize,
 }
 
@@ -72,13 +73,22 @@ impl Connect for Scripted {
             Some(why) => Err(why.to_owned()),
             None => {
                 notes.say(Level::Info, "laser", "scripted laser answers".to_owned());
-                Ok(Box::new(self.clone()))
+                Ok(Box::new(Connected(self.clone())))
             }
         }
     }
 }
 
-impl Robot for Scripted {
+/// The scripted robot while it is connected.
+struct Connected(Scripted);
+
+impl Drop for Connected {
+    fn drop(&mut self) {
+        self.0.script().parked += 1;
+    }
+}
+
+impl Robot for Connected {
     fn describe(&mut self) -> Value {
         json!({"laser": {"serial": "H0000000"}})
     }
@@ -90,7 +100,7 @@ impl Robot for Scripted {
         cancel: &Cancel,
     ) -> Result<RawSweep, Fault> {
         let (act, turn) = {
-            let mut script = self.script();
+            let mut script = self.0.script();
             script.sweeps += 1;
             (script.act.clone(), script.sweeps)
         };
@@ -120,10 +130,6 @@ impl Robot for Scripted {
                 })
             }
         }
-    }
-
-    fn park(&mut self) {
-        self.script().parked += 1;
     }
 }
 
@@ -260,7 +266,11 @@ pub fn plan(dir: &Path, robot: &Scripted) -> Plan {
 
 impl House {
     pub fn start(dir: &Path, robot: &Scripted) -> Self {
-        let plan = plan(dir, robot);
+        Self::start_with(dir, robot, plan(dir, robot))
+    }
+
+    /// A service made of other parts.
+    pub fn start_with(dir: &Path, robot: &Scripted, plan: Plan) -> Self {
         let (controls, receiver) = mpsc::channel(4);
         let thread = std::thread::spawn(move || {
             let runtime = tokio::runtime::Runtime::new().expect("runtime");

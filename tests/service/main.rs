@@ -1,6 +1,8 @@
 //! The service as its clients see it: over its socket, with a scripted robot in simulated rooms.
 
+mod emulated;
 mod house;
+mod process;
 
 use house::{Act, House, Scripted, configure, plan, points};
 use patrold::service::{Control, ServiceError, serve};
