@@ -2,7 +2,8 @@
 
 use super::failure::Outcome;
 use super::{
-    alarms, compare, config, distance, fit, run as service, shapes, teach, visit, waypoints,
+    alarms, compare, config, devices, distance, emulate, fit, run as service, shapes, sweep, teach,
+    visit, waypoints,
 };
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -25,6 +26,12 @@ enum Command {
     Teach(teach::TeachArgs),
     /// Compare recorded clouds with the engine of the service
     Compare(compare::CompareArgs),
+    /// Both devices, byte for byte, on pseudo-terminals, until interrupted
+    Emulate(emulate::EmulateArgs),
+    /// Who answers on the ports: model, serial number, firmware, limits, health
+    Devices(devices::DevicesArgs),
+    /// One sweep of the place around the robot, as a cloud
+    Sweep(sweep::SweepArgs),
     /// The mixture of one recorded cloud
     Fit(fit::FitArgs),
     /// Earth Mover's Distance between two mixtures
@@ -46,6 +53,9 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Visit(args) => visit::run(args),
         Command::Teach(args) => teach::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Emulate(args) => emulate::run(args),
+        Command::Devices(args) => devices::run(args),
+        Command::Sweep(args) => sweep::run(args),
         Command::Fit(args) => fit::run(args),
         Command::Distance(args) => distance::run(args),
         Command::Shapes(args) => shapes::run(args),

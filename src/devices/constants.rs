@@ -23,6 +23,13 @@ pub const TIME_SAMPLES: u32 = 20;
 /// Good scans before the head begins to move (sweep-geometry section 7).
 pub const WARM_SCANS: u32 = 3;
 
+/// Step of the laser's timer against the host's clock, in scan periods, that voids a sweep: half of the smallest that
+/// the driver takes for a lost scan (it allows a tenth of a period).
+pub const TIMER_STEP_PERIODS: f64 = 0.5;
+
+/// Scans whose least lag stands for the lag: a host that is late for all of ten scans is late for a second.
+pub const TIMER_SCANS: usize = 10;
+
 /// Standing time before a scan of step-and-stare, over and above the confirmed arrival: the upper end of
 /// "settling 50-100 ms, measure" (sweep-geometry section 4).
 pub const SETTLE: Duration = Duration::from_millis(100);

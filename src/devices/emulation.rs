@@ -88,7 +88,8 @@ impl Emulation {
 
     /// Lets time pass. Long spans go in pieces, so that the head's memory always covers the laser's last turns.
     pub fn advance(&mut self, now: Duration) {
-        while self.now < now {
+        let now = now.max(self.now);
+        loop {
             self.now = now.min(self.now + EMULATION_PIECE);
             self.head.advance(self.now);
             let mut view = View {
@@ -96,8 +97,10 @@ impl Emulation {
                 head: &self.head,
             };
             self.laser.advance(self.now, &mut view);
+            if self.now == now {
+                return;
+            }
         }
-        self.head.advance(self.now);
     }
 
     /// What has come from the laser: when, and the bytes.

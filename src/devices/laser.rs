@@ -14,8 +14,6 @@ pub enum LaserCommand {
     ExchangeTime(u32),
     /// Stream scans until stopped.
     Stream(StreamPlan),
-    /// Ask how it is.
-    QueryInfo,
     /// Stop, laser off.
     Stop,
 }
@@ -67,10 +65,6 @@ impl Driver for LaserDriver {
             }
             LaserCommand::Stream(plan) => {
                 let taken = self.sensor.start_streaming(plan, now);
-                self.note(taken);
-            }
-            LaserCommand::QueryInfo => {
-                let taken = self.sensor.query_info(now);
                 self.note(taken);
             }
             LaserCommand::Stop => self.sensor.stop(now),

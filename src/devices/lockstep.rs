@@ -1,1 +1,5 @@
-//! t
+//! Drivers against twins in lockstep virtual time: no thread, no sleep, the same answer every time.
+
+pub mod bench;
+mod faults;
+mod sweeps;

@@ -7,9 +7,9 @@
 //! | `driver`, `laser`, `head` | commands, bytes, instants | bytes and events of one device |
 //! | `port_name`, `port` | a configured port | a thread that keeps it open and serves its driver |
 //! | `plan` | settings, identities | one sweep in whole counts |
-//! | `sweep_run` | events of both devices | commands to both, in the end a raw sweep or the reason why not |
-//! | `station` | settings | both devices as one object with blocking calls |
-//! | `emulation`, `emulator` | a scene | the devices' other ends, pure and on pseudo-terminals |
+//! | `sweep_run`, `sweep_data` | events of both devices | commands to both, in the end a raw sweep or the reason why not |
+//! | `station`, `known`, `report` | settings | both devices as one object with blocking calls; what is known of them |
+//! | `emulation`, `emulated_fault`, `emulator` | a scene | the devices' other ends, pure and on pseudo-terminals |
 
 mod cancel;
 mod clock;
@@ -17,20 +17,30 @@ mod constants;
 mod driver;
 mod emulated_fault;
 mod emulation;
+mod emulator;
 mod error;
 mod head;
+mod known;
 mod laser;
 mod plan;
 mod port;
 mod port_name;
+mod report;
+mod station;
 mod sweep_data;
 mod sweep_run;
 #[cfg(test)]
 mod lockstep;
+#[cfg(test)]
+mod on_terminals;
 
 pub use cancel::Cancel;
 pub use clock::Clock;
 pub use emulated_fault::{EmulatedFault, EmulatedFaultError};
 pub use emulation::{Emulation, EmulationOptions};
+pub use emulator::{Emulator, EmulatorError, EmulatorPorts, Lag};
 pub use error::{Device, DeviceError, PortError};
+pub use known::{DeviceNote, NoteLevel};
 pub use plan::{SweepPlan, SweepRequest};
+pub use report::{AxisReport, DevicesReport, HeadReport, LaserReport};
+pub use station::Station;

@@ -1,5 +1,6 @@
 //! What a leg gathers while it runs, and what becomes of it.
 
+use super::constants::{TIMER_SCANS, TIMER_STEP_PERIODS};
 use super::plan::{SweepPlan, TiltPlan};
 use crate::sweep::{Leg, Motion, Poll, RawScan, TimeSample};
 use scip::stamp_advance_ms;
@@ -45,6 +46,42 @@ pub struct LegDraft {
 }
 
 impl LegDraft {
+    /// Whether the laser's timer stepped against the host's clock while its stamps were in use. The driver sees every
+    /// step but one by whole periods, which looks like lost or repeated scans. A late host only ever raises the lag of an
+    /// arrival, and never that of all scans before or after, so the least lags on either side of any scan must agree;
+    /// and so must the lag of the arrivals against the exchanges of time at both ends.
+    pub fn timer_stepped(&self, plan: &SweepPlan) -> bool {
+        if matches!(plan.tilt, TiltPlan::Steps(_)) {
+            return false;
+        }
+        let lag_s = |s: &RawScan| s.arrived_s - s.stamp_ms as f64 * 1e-3;
+        let least = |scans: &[RawScan]| scans.iter().map(lag_s).fold(f64::INFINITY, f64::min);
+        let allowed_s = TIMER_STEP_PERIODS * plan.line_period.as_secs_f64();
+        let last = self.scans.len().saturating_sub(TIMER_SCANS);
+        let stepped = (TIMER_SCANS..=last).any(|at| {
+            let (before, after) = self.scans.split_at(at);
+            (least(before) - least(after)).abs() > allowed_s
+        });
+        let begin = self.scans.get(..TIMER_SCANS).unwrap_or(&self.scans);
+        let end = self.scans.get(last..).unwrap_or(&self.scans);
+        let drift_s =
+            (least(end) - self.exchange_lag_s(true)) - (least(begin) - self.exchange_lag_s(false));
+        // Without scans or exchanges there is no number, and others will say so.
+        stepped || drift_s.abs() > allowed_s
+    }
+
+    /// Host less timer in the quickest exchange of time before the scans, or after them; no number without any.
+    fn exchange_lag_s(&self, after: bool) -> f64 {
+        let begin_s = self.scans.first().map_or(f64::INFINITY, |s| s.arrived_s);
+        self.time_samples
+            .iter()
+            .filter(|s| (s.sent_s > begin_s) == after)
+            .min_by(|a, b| (a.received_s - a.sent_s).total_cmp(&(b.received_s - b.sent_s)))
+            .map_or(f64::NAN, |s| {
+                (s.sent_s + s.received_s) / 2.0 - s.stamp_ms as f64 * 1e-3
+            })
+    }
+
     /// The leg at `pan_rad`.
     pub fn finish(self, plan: &SweepPlan, pan_rad: f64) -> Leg {
         let (motion, polls) = match &plan.tilt {

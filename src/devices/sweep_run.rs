@@ -128,7 +128,10 @@ impl SweepRun {
     /// A device is gone: its port failed.
     pub fn on_lost(&mut self, device: Device, error: DeviceError, now: Duration) {
         self.fail(error, now);
-        self.rests(device);
+        // The driver's last word to the laser was QT, which takes effect at the laser's next tick: wait for that.
+        if device == Device::Head {
+            self.rests(device);
+        }
     }
 
     /// Takes the passing of time.
@@ -170,11 +173,9 @@ impl SweepRun {
                 Phase::StoppingLaser => self.exchange_time(Phase::TimeAfter, now),
                 _ => {}
             },
-            E::Fault(error) => {
+            E::Fault(error) | E::Failed(error) => {
                 self.fail(laser_error(&error, &self.ports.laser), now);
-                self.rests(Device::Laser);
             }
-            E::Failed(error) => self.fail(laser_error(&error, &self.ports.laser), now),
             E::TimeSample {
                 sent,
                 received,
@@ -232,7 +233,7 @@ impl SweepRun {
                     port: self.ports.head.clone(),
                     detail: error.to_string(),
                 };
-                return self.on_lost(Device::Head, lost, now);
+                return self.fail(lost, now);
             }
         };
         match event {
@@ -255,9 +256,12 @@ impl SweepRun {
                 self.position_lost(format!("{} ran into its limit", axis_name(axis)), now);
             }
             E::CableLost => self.position_lost("the cable to the head came off".to_owned(), now),
-            E::EchoReturned | E::VerboseReturned | E::Restarted | E::Connected(_) => {
+            E::EchoReturned | E::VerboseReturned | E::Restarted => {
                 self.position_lost("the unit restarted in between".to_owned(), now);
-                // Its settings are being made anew, which begins with a halt.
+            }
+            // Making the settings anew begins with a halt.
+            E::Connected(_) => {
+                self.position_lost("the unit restarted in between".to_owned(), now);
                 self.rests(Device::Head);
             }
             E::Refused { command, text } => {

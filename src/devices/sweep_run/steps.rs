@@ -112,6 +112,10 @@ impl SweepRun {
 
     pub(super) fn finish_leg(&mut self, now: Duration) {
         let pan_rad = self.plan.pans.get(self.leg).map_or(0.0, |(_, rad)| *rad);
+        if self.draft.timer_stepped(&self.plan) {
+            let what = "stepped by whole scan periods".to_owned();
+            return self.timer_lost(what, now);
+        }
         let draft = std::mem::take(&mut self.draft);
         self.legs.push(draft.finish(&self.plan, pan_rad));
         self.leg += 1;

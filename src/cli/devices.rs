@@ -1,0 +1,97 @@
+//! `patrold devices`: who answers on the ports, and how they are.
+
+use super::failure::{DONE, FAILED, Outcome};
+use super::{config, output};
+use crate::devices::{AxisReport, Clock, DeviceError, HeadReport, LaserReport, Station};
+use clap::Args;
+use serde::Serialize;
+use serde_json::json;
+use std::path::PathBuf;
+use std::sync::mpsc;
+
+/// Arguments of `devices`.
+#[derive(Debug, Args)]
+pub struct DevicesArgs {
+    /// Configuration file
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs `devices`. One that does not answer is told in its place; then the command has failed.
+pub fn run(args: &DevicesArgs) -> Outcome {
+    let settings = config::settings(args.config.as_deref())?;
+    let (notes, _) = mpsc::channel();
+    let (laser, ptu) = Station::survey(&settings, Clock::real(), notes)
+        .map_err(super::failure::Failure::failed)?;
+    if args.json {
+        output::json(&json!({
+            "laser": answer(&laser, &settings.laser.port),
+            "ptu": answer(&ptu, &settings.ptu.port),
+        }))?;
+    } else {
+        output::line(match &laser {
+            Ok(report) => laser_text(report),
+            Err(error) => format!("laser: {error}"),
+        })?;
+        output::line(match &ptu {
+            Ok(report) => head_text(report),
+            Err(error) => format!("pan-tilt: {error}"),
+        })?;
+    }
+    Ok(if laser.is_ok() && ptu.is_ok() {
+        DONE
+    } else {
+        FAILED
+    })
+}
+
+fn answer(report: &Result<impl Serialize, DeviceError>, port: &str) -> serde_json::Value {
+    match report {
+        Ok(report) => json!(report),
+        Err(error) => json!({"port": port, "error": error.to_string()}),
+    }
+}
+
+fn laser_text(report: &LaserReport) -> String {
+    let [near, far] = report.range_mm;
+    let [right, left] = report.azimuth_deg;
+    format!(
+        "laser: {} on {}\n  serial {}, firmware {}, {}\n  {} beams from {right:.1} to {left:.1} deg, {near} to {far} mm, {} scans/s\n  {}",
+        report.product,
+        report.port,
+        report.serial,
+        report.firmware,
+        report.protocol,
+        report.beams,
+        report.scans_per_s,
+        report.status
+    )
+}
+
+fn head_text(report: &HeadReport) -> String {
+    let axis = |name: &str, axis: &AxisReport| {
+        let [low, high] = axis.limits_deg;
+        let [slow, fast] = axis.speed_deg_s;
+        format!(
+            "  {name} {low:.1} to {high:.1} deg by {:.4}, {slow:.2} to {fast:.1} deg/s",
+            axis.step_deg
+        )
+    };
+    let mut lines = vec![
+        format!("pan-tilt: {} on {}", report.firmware, report.port),
+        axis("pan", &report.pan),
+        axis("tilt", &report.tilt),
+    ];
+    let warm: Vec<String> = report
+        .temperatures_c
+        .iter()
+        .map(|c| format!("{c:.0} degC"))
+        .collect();
+    if let Some(volts) = report.supply_v {
+        lines.push(format!("  supply {volts:.1} V, {}", warm.join(", ")));
+    }
+    lines.join("\n")
+}

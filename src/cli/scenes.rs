@@ -1,0 +1,44 @@
+//! Scene files, with the scenes they extend and the clouds they name.
+
+use super::clouds;
+use super::failure::Failure;
+use crate::geometry::Pose;
+use crate::world::{Scene, World};
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A world and where its robot stands.
+pub struct LoadedScene {
+    /// What stands there.
+    pub world: Arc<World>,
+    /// Pose of the robot's base on the map.
+    pub map_from_base: Pose,
+}
+
+/// Reads the scene in `path`; names in it are relative to its folder.
+///
+/// # Errors
+/// The first mistake in any of its files, with file and line.
+pub fn load(path: &Path) -> Result<LoadedScene, Failure> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let name = path.to_string_lossy();
+    let read = |asked: &str| {
+        let file = if asked == name {
+            path.to_owned()
+        } else {
+            folder.join(asked)
+        };
+        fs::read_to_string(&file).map_err(|error| error.to_string())
+    };
+    let scene = Scene::resolve(&name, &read).map_err(Failure::failed)?;
+    let cloud = match &scene.cloud {
+        Some(place) => Some(clouds::load(&folder.join(&place.file))?.points),
+        None => None,
+    };
+    let world = scene.build(cloud.as_deref()).map_err(Failure::failed)?;
+    Ok(LoadedScene {
+        world: Arc::new(world),
+        map_from_base: scene.map_from_base,
+    })
+}

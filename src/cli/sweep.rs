@@ -1,0 +1,105 @@
+//! `patrold sweep --out FILE.ply`: one sweep, straight from the devices.
+
+use super::failure::{DONE, Failure, Outcome};
+use super::{config, output, signals};
+use crate::config::{MountSettings, Settings};
+use crate::devices::{Cancel, Clock, NoteLevel, Station, SweepRequest};
+use crate::formats::write_ply;
+use crate::geometry::{Mount, RollPitchYaw};
+use crate::sweep::{Sweep, assemble};
+use clap::Args;
+use serde_json::json;
+use std::fs;
+use std::path::PathBuf;
+use std::sync::mpsc;
+
+/// Arguments of `sweep`.
+#[derive(Debug, Args)]
+pub struct SweepArgs {
+    /// Where the cloud goes: PLY, metres, the frame of the pan-tilt's base
+    #[arg(long, value_name = "FILE.ply")]
+    out: PathBuf,
+    /// Configuration file
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs `sweep`.
+pub fn run(args: &SweepArgs) -> Outcome {
+    let settings = config::settings(args.config.as_deref())?;
+    let cancel = signals::cancel_on_signal()?;
+    let sweep = sweep_direct(&settings, &Clock::real(), &cancel)?;
+    report(args, &settings, &sweep)
+}
+
+/// Homes if the head needs it, sweeps as configured, parks. Notes of the devices go to standard error.
+///
+/// # Errors
+/// A device that does not do its part; a sweep that cannot be assembled.
+pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Result<Sweep, Failure> {
+    let (notes, heard) = mpsc::channel();
+    let mut station = Station::open(settings, clock.clone(), notes).map_err(Failure::failed)?;
+    let taken = (|| {
+        if !station.position_trusted() {
+            station.home(cancel)?;
+        }
+        let request = SweepRequest::new(&settings.sweep, &settings.sweep.pans_rad);
+        let raw = station.sweep(&request, cancel)?;
+        station.park()?;
+        Ok(raw)
+    })();
+    drop(station);
+    for note in heard.try_iter().filter(|n| n.level > NoteLevel::Info) {
+        eprintln!("patrold: {}: {}", note.device, note.text);
+    }
+    let raw = taken.map_err(|error: crate::devices::DeviceError| Failure::failed(error))?;
+    assemble(&raw, &mount(&settings.mount)).map_err(Failure::failed)
+}
+
+/// Writes the cloud and says what it is worth. A sweep that must not be judged is written all the same, and a failure.
+fn report(args: &SweepArgs, settings: &Settings, sweep: &Sweep) -> Outcome {
+    let path = args.out.display();
+    fs::write(&args.out, write_ply(&sweep.view.points))
+        .map_err(|error| Failure::Failed(format!("{path}: {error}")))?;
+    let quality = &sweep.quality;
+    let fault = quality.fault(settings.sweep.max_missing_lines);
+    if args.json {
+        output::json(&json!({
+            "out": args.out,
+            "points": sweep.view.points.len(),
+            "quality": quality,
+            "fault": fault,
+        }))?;
+    } else {
+        output::line(format!(
+            "{path}: {} points, {} of {} lines, {:.1} % of the beams with nothing there",
+            sweep.view.points.len(),
+            quality.lines_got,
+            quality.lines_expected,
+            100.0 * quality.no_return_share
+        ))?;
+    }
+    match fault {
+        None => Ok(DONE),
+        Some(why) => Err(Failure::Failed(why)),
+    }
+}
+
+/// The configured chain from base to laser.
+pub fn mount(settings: &MountSettings) -> Mount {
+    let [roll_rad, pitch_rad, yaw_rad] = settings.laser_rpy_rad;
+    Mount::new(
+        settings.pan_axis_m,
+        settings.tilt_axis_m,
+        settings.plate_m,
+        settings.laser_m,
+        RollPitchYaw {
+            roll_rad,
+            pitch_rad,
+            yaw_rad,
+        },
+    )
+}

@@ -1,0 +1,142 @@
+//! The whole way through threads and pseudo-terminals, ten times as fast as life.
+
+use super::{
+    Cancel, Clock, DeviceError, Emulation, EmulationOptions, Emulator, EmulatorPorts, Station,
+    SweepRequest,
+};
+use crate::config::Settings;
+use crate::devices::lockstep::bench::{ROOM, true_mount};
+use crate::sweep::assemble;
+use crate::world::{NoiseOptions, Scene};
+use std::sync::{Arc, mpsc};
+use std::thread;
+use std::time::Duration;
+
+fn emulator(clock: &Clock, ports: &EmulatorPorts<'_>) -> Emulator {
+    let options = EmulationOptions {
+        noise: NoiseOptions::ideal(),
+        ..EmulationOptions::seeded(11)
+    };
+    let scene = Scene::parse(ROOM).expect("a scene");
+    let world = Arc::new(scene.build(None).expect("no cloud in it"));
+    let emulation = Emulation::new(options, world, scene.map_from_base, clock.now());
+    Emulator::start(emulation, ports, clock.clone()).expect("terminals")
+}
+
+fn settings(emulator: &Emulator) -> Settings {
+    let mut settings = Settings::defaults();
+    settings.laser.port = emulator.laser_port().to_owned();
+    settings.ptu.port = emulator.head_port().to_owned();
+    settings
+}
+
+#[test]
+fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
+    let clock = Clock::scaled(10.0);
+    let emulator = emulator(&clock, &EmulatorPorts::default());
+    let settings = settings(&emulator);
+    let (notes, _heard) = mpsc::channel();
+    let mut station = Station::open(&settings, clock.clone(), notes).expect("both answer");
+    let who = station.describe().expect("both tell");
+    assert_eq!(who.laser.serial, "H0706400");
+    assert_eq!(who.ptu.supply_v, Some(24.0));
+    let mut request = SweepRequest::new(&settings.sweep, &[0.1]);
+    request.tilt_from_rad = -0.1;
+    let refused = station.sweep(&request, &Cancel::new());
+    assert!(matches!(refused, Err(DeviceError::PositionLost { .. })));
+    station.home(&Cancel::new()).expect("homes");
+
+    let raw = station.sweep(&request, &Cancel::new()).expect("a sweep");
+    assert!(!emulator.laser_on() && !emulator.head_moving());
+    let sweep = assemble(&raw, &true_mount()).expect("assembles");
+    eprintln!("{:?}, lag {:?}", sweep.quality, emulator.take_lag());
+    // How well depends on the machine; that the points are the room's does not.
+    let far = sweep
+        .view
+        .points
+        .iter()
+        .filter(|p| p.x.abs() > 2.1 || p.y.abs() > 1.6);
+    assert_eq!(far.count(), 0);
+
+    let cancel = Cancel::new();
+    let later = cancel.clone();
+    let canceller = thread::spawn(move || {
+        thread::sleep(Duration::from_millis(300));
+        later.cancel();
+    });
+    request.tilt_from_rad = -0.6;
+    assert_eq!(
+        station.sweep(&request, &cancel),
+        Err(DeviceError::Cancelled)
+    );
+    canceller.join().expect("no panic");
+    assert!(!emulator.laser_on() && !emulator.head_moving());
+    station.park().expect("parks");
+    drop(station);
+    assert!(!emulator.laser_on());
+}
+
+#[test]
+fn dropped_in_the_middle_the_laser_goes_off() {
+    let clock = Clock::scaled(10.0);
+    let tcp = EmulatorPorts {
+        laser_tcp: Some("127.0.0.1:0".parse().expect("an address")),
+        ..EmulatorPorts::default()
+    };
+    let emulator = emulator(&clock, &tcp);
+    let mut settings = settings(&emulator);
+    settings.ptu.home_at_start = false;
+    let (notes, _heard) = mpsc::channel();
+    let mut station = Station::open(&settings, clock.clone(), notes).expect("both answer");
+    assert!(station.position_trusted());
+    let cancel = Cancel::new();
+    let later = cancel.clone();
+    let sweeping = thread::spawn(move || {
+        let request = SweepRequest::new(&Settings::defaults().sweep, &[0.0]);
+        let outcome = station.sweep(&request, &later);
+        drop(station);
+        outcome
+    });
+    while !emulator.laser_on() {
+        thread::sleep(Duration::from_millis(5));
+    }
+    cancel.cancel();
+    assert_eq!(
+        sweeping.join().expect("no panic"),
+        Err(DeviceError::Cancelled)
+    );
+    assert!(!emulator.laser_on() && !emulator.head_moving());
+}
+
+#[test]
+fn missing_and_exchanged_ports_are_told() {
+    let clock = Clock::scaled(50.0);
+    let (notes, _heard) = mpsc::channel();
+    let mut absent = Settings::defaults();
+    absent.laser.port = "/dev/no-such-laser".to_owned();
+    absent.ptu.port = "/dev/no-such-ptu".to_owned();
+    let (laser, head) = Station::survey(&absent, clock.clone(), notes.clone()).expect("threads");
+    assert!(
+        laser
+            .expect_err("absent")
+            .to_string()
+            .contains("/dev/no-such-laser")
+    );
+    assert!(head.expect_err("absent").to_string().contains("ptu.port"));
+
+    let emulator = emulator(&clock, &EmulatorPorts::default());
+    let mut exchanged = settings(&emulator);
+    std::mem::swap(&mut exchanged.laser.port, &mut exchanged.ptu.port);
+    let (laser, head) = Station::survey(&exchanged, clock.clone(), notes).expect("threads");
+    let (laser, head) = (laser.expect_err("a head"), head.expect_err("a laser"));
+    eprintln!("{laser}\n{head}");
+    for error in [laser, head] {
+        assert!(
+            matches!(
+                error,
+                DeviceError::WrongDevice { .. } | DeviceError::Silent { .. }
+            ),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,137 @@
+//! Who the devices are and how they are, as people and programs read it.
+
+use ptu::{AxisIdentity, HeadIdentity, Health};
+use scip::Identity;
+use serde::Serialize;
+
+/// The laser, from its own words.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LaserReport {
+    /// Port it answers on.
+    pub port: String,
+    /// Model.
+    pub model: String,
+    /// Maker.
+    pub vendor: String,
+    /// Product line.
+    pub product: String,
+    /// Serial number.
+    pub serial: String,
+    /// Firmware.
+    pub firmware: String,
+    /// Protocol.
+    pub protocol: String,
+    /// Least and greatest distance, millimetres.
+    pub range_mm: [u32; 2],
+    /// First and last azimuth it measures, degrees, left positive.
+    pub azimuth_deg: [f64; 2],
+    /// Beams of a scan.
+    pub beams: u32,
+    /// Scans per second, nominal.
+    pub scans_per_s: f64,
+    /// Its own judgement of itself.
+    pub status: String,
+}
+
+impl LaserReport {
+    /// From what it said at connecting.
+    pub fn new(port: &str, identity: &Identity) -> Self {
+        let p = &identity.parameters;
+        let degrees = |step: u32| p.angle_rad(f64::from(step)).to_degrees();
+        Self {
+            port: port.to_owned(),
+            model: identity.model.clone(),
+            vendor: identity.vendor.clone(),
+            product: identity.product.clone(),
+            serial: identity.serial.clone(),
+            firmware: identity.firmware.clone(),
+            protocol: identity.protocol.clone(),
+            range_mm: [p.dmin_mm, p.dmax_mm],
+            azimuth_deg: [degrees(p.amin), degrees(p.amax)],
+            beams: p.amax.saturating_sub(p.amin) + 1,
+            scans_per_s: f64::from(p.scan_rpm) / 60.0,
+            status: identity.status.clone(),
+        }
+    }
+}
+
+/// One axis of the head.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AxisReport {
+    /// Least and greatest position, counts.
+    pub limits_steps: [i32; 2],
+    /// The same in degrees, by count, without sign and zero of the configuration.
+    pub limits_deg: [f64; 2],
+    /// One count, degrees.
+    pub step_deg: f64,
+    /// Least and greatest speed, degrees per second.
+    pub speed_deg_s: [f64; 2],
+    /// Speed up to which it needs no ramp, degrees per second.
+    pub base_speed_deg_s: f64,
+}
+
+impl AxisReport {
+    fn new(axis: &AxisIdentity) -> Self {
+        let step_deg = axis.step.radians().to_degrees();
+        let degrees = |steps: i32| f64::from(steps) * step_deg;
+        Self {
+            limits_steps: [axis.limits.min_steps, axis.limits.max_steps],
+            limits_deg: [
+                degrees(axis.limits.min_steps),
+                degrees(axis.limits.max_steps),
+            ],
+            step_deg,
+            speed_deg_s: [degrees(axis.speed_min), degrees(axis.speed_max)],
+            base_speed_deg_s: degrees(axis.base_speed),
+        }
+    }
+}
+
+/// The head, from its own words.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HeadReport {
+    /// Port it answers on.
+    pub port: String,
+    /// Firmware text, with model and year.
+    pub firmware: String,
+    /// Pan.
+    pub pan: AxisReport,
+    /// Tilt.
+    pub tilt: AxisReport,
+    /// Supply, volts, if it tells.
+    pub supply_v: Option<f64>,
+    /// Temperatures, degrees Celsius: controller, on later models pan and tilt.
+    pub temperatures_c: Vec<f64>,
+    /// Whether its counts stand for angles.
+    pub position_trusted: bool,
+}
+
+impl HeadReport {
+    /// From what it said at connecting, and its health now.
+    pub fn new(
+        port: &str,
+        identity: &HeadIdentity,
+        health: Option<&Health>,
+        trusted: bool,
+    ) -> Self {
+        let health = health.or(identity.health.as_ref());
+        Self {
+            port: port.to_owned(),
+            firmware: identity.version.clone(),
+            pan: AxisReport::new(&identity.pan),
+            tilt: AxisReport::new(&identity.tilt),
+            supply_v: health.map(|h| h.supply_volts),
+            temperatures_c: health.map(|h| h.temperatures_c.clone()).unwrap_or_default(),
+            position_trusted: trusted,
+        }
+    }
+}
+
+/// Both.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DevicesReport {
+    /// The laser.
+    pub laser: LaserReport,
+    /// The head.
+    pub ptu: HeadReport,
+}

@@ -1,0 +1,414 @@
+//! Both devices as one object with blocking calls, for the service and the command line.
+
+use super::cancel::Cancel;
+use super::clock::Clock;
+use super::constants::{
+    BITS_PER_BYTE, CANCEL_CHECK, CONNECT_LIMIT, HEALTH_LIMIT, HOME_LIMIT, OPEN_LIMIT, STEP_LIMIT,
+};
+use super::error::{Device, DeviceError};
+use super::head::{HeadCommand, HeadDriver, HeadEvent, head_error};
+use super::known::{DeviceNote, Known};
+use super::laser::{LaserCommand, LaserDriver};
+use super::plan::{HeadFacts, LaserFacts, SweepPlan, SweepRequest};
+use super::port::{Port, PortEvent};
+use super::port_name::{Line, PortName};
+use super::report::{DevicesReport, HeadReport, LaserReport};
+use super::sweep_run::{PortNames, RunAction, SweepRun};
+use crate::config::{PtuSettings, Settings};
+use crate::sweep::RawSweep;
+use ptu::Axis;
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::time::Duration;
+
+/// What a port's thread told.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Told {
+    /// Of the laser.
+    Laser(PortEvent<scip::Event>),
+    /// Of the head.
+    Head(PortEvent<HeadEvent>),
+}
+
+/// Laser and head, connected. Dropping it turns the laser off, halts the head and closes both ports within a second.
+#[derive(Debug)]
+pub struct Station {
+    laser: Port<LaserDriver>,
+    head: Port<HeadDriver>,
+    told: Receiver<Told>,
+    known: Known,
+    laser_port: PortName,
+    head_port: PortName,
+    ptu: PtuSettings,
+    clock: Clock,
+}
+
+impl Station {
+    /// Opens both ports and waits until both devices are known; the head may be found calibrating, which is waited for.
+    /// It does not home: see [`position_trusted`](Self::position_trusted).
+    ///
+    /// # Errors
+    /// The first device that cannot be had, with what to do.
+    pub fn open(
+        settings: &Settings,
+        clock: Clock,
+        notes: Sender<DeviceNote>,
+    ) -> Result<Self, DeviceError> {
+        let mut station = Self::begin(settings, clock, notes)?;
+        station.wait_for_both(false);
+        match station.known.failures() {
+            (Some(error), _) | (None, Some(error)) => Err(error),
+            (None, None) => Ok(station),
+        }
+    }
+
+    /// Who answers on the two ports, each by itself: one device's failure does not hide the other.
+    ///
+    /// # Errors
+    /// Only [`DeviceError::NoThread`]; what is wrong with a device stands in its place.
+    #[allow(
+        clippy::type_complexity,
+        reason = "two answers, each with its own way to fail"
+    )]
+    pub fn survey(
+        settings: &Settings,
+        clock: Clock,
+        notes: Sender<DeviceNote>,
+    ) -> Result<
+        (
+            Result<LaserReport, DeviceError>,
+            Result<HeadReport, DeviceError>,
+        ),
+        DeviceError,
+    > {
+        let mut station = Self::begin(settings, clock, notes)?;
+        station.wait_for_both(true);
+        let (laser, head) = station.known.failures();
+        Ok((
+            laser.map_or_else(|| station.laser_report(), Err),
+            head.map_or_else(|| station.head_report(), Err),
+        ))
+    }
+
+    fn begin(
+        settings: &Settings,
+        clock: Clock,
+        notes: Sender<DeviceNote>,
+    ) -> Result<Self, DeviceError> {
+        let laser_port = PortName {
+            device: Device::Laser,
+            name: settings.laser.port.clone(),
+            baud: settings.laser.baud,
+        };
+        let head_port = PortName {
+            device: Device::Head,
+            name: settings.ptu.port.clone(),
+            baud: settings.ptu.baud,
+        };
+        let (tell, told) = mpsc::channel();
+        let tell_head = tell.clone();
+        Ok(Self {
+            laser: Port::spawn(laser_port.clone(), clock.clone(), move |event, _| {
+                tell.send(Told::Laser(event)).is_ok()
+            })?,
+            head: Port::spawn(head_port.clone(), clock.clone(), move |event, _| {
+                tell_head.send(Told::Head(event)).is_ok()
+            })?,
+            told,
+            known: Known::new(&laser_port, &head_port, settings.ptu.home_at_start, notes),
+            laser_port,
+            head_port,
+            ptu: settings.ptu.clone(),
+            clock,
+        })
+    }
+
+    /// Until both are known or one (`each`: both) failed.
+    fn wait_for_both(&mut self, each: bool) {
+        let until = self.clock.now() + OPEN_LIMIT;
+        while self.clock.now() < until {
+            let (laser, head) = self.known.settled();
+            let failed = self.known.has_failed();
+            if (laser && head) || (failed && !each) {
+                return;
+            }
+            self.next(until);
+        }
+    }
+
+    /// The next event, taken note of; `None` if none came within the time between two looks at a cancelled flag.
+    fn next(&mut self, until: Duration) -> Option<Told> {
+        let left = self.clock.wall(until.saturating_sub(self.clock.now()));
+        let told = self.told.recv_timeout(left.min(CANCEL_CHECK)).ok()?;
+        self.known.note(&told);
+        Some(told)
+    }
+
+    /// Takes note of what came while nobody asked.
+    fn catch_up(&mut self) {
+        while let Ok(told) = self.told.try_recv() {
+            self.known.note(&told);
+        }
+    }
+
+    /// Whether the head's counts stand for angles: after a calibration seen to end, or from the beginning where the
+    /// configuration says not to home; never after a limit was hit, the unit restarted or its port was lost.
+    pub fn position_trusted(&mut self) -> bool {
+        self.catch_up();
+        self.known.trusted()
+    }
+
+    /// Who both devices are and how they are. Asks the head for supply and temperature.
+    ///
+    /// # Errors
+    /// A device that is not connected, or does not answer.
+    pub fn describe(&mut self) -> Result<DevicesReport, DeviceError> {
+        self.be_connected(&Cancel::new())?;
+        Ok(DevicesReport {
+            laser: self.laser_report()?,
+            ptu: self.head_report()?,
+        })
+    }
+
+    fn laser_report(&mut self) -> Result<LaserReport, DeviceError> {
+        let identity = self.known.laser()?;
+        Ok(LaserReport::new(&self.laser_port.name, identity))
+    }
+
+    fn head_report(&mut self) -> Result<HeadReport, DeviceError> {
+        self.head.send(HeadCommand::QueryHealth);
+        let until = self.clock.now() + HEALTH_LIMIT;
+        let mut health = None;
+        while self.clock.now() < until {
+            match self.next(until) {
+                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Health(got))))) => {
+                    health = Some(got);
+                    break;
+                }
+                // A unit that does not tell.
+                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Refused {
+                    ..
+                })))) => break,
+                _ => {}
+            }
+        }
+        let trusted = self.known.trusted();
+        let identity = self.known.head()?;
+        Ok(HeadReport::new(
+            &self.head_port.name,
+            identity,
+            health.as_ref(),
+            trusted,
+        ))
+    }
+
+    /// Calibrates the head: both axes go to all their stops, up to a minute.
+    ///
+    /// # Errors
+    /// The head's failure; [`DeviceError::Cancelled`], where the head ends its calibration by itself at 0, 0, for it
+    /// hears nothing until then.
+    pub fn home(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
+        self.be_connected(cancel)?;
+        self.head.send(HeadCommand::Home);
+        let until = self.clock.now() + HOME_LIMIT;
+        while self.clock.now() < until {
+            if cancel.is_cancelled() {
+                return Err(DeviceError::Cancelled);
+            }
+            match self.next(until) {
+                Some(Told::Head(PortEvent::Lost { error, .. })) => return Err(error),
+                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(event)))) => match event {
+                    ptu::Event::HomeDone { .. } => return Ok(()),
+                    ptu::Event::Fault(error) => {
+                        return Err(head_error(&error, &self.head_port.name));
+                    }
+                    ptu::Event::Restarted
+                    | ptu::Event::EchoReturned
+                    | ptu::Event::VerboseReturned => {
+                        return Err(DeviceError::PositionLost {
+                            port: self.head_port.name.clone(),
+                            detail: "the unit restarted while it was homing".to_owned(),
+                        });
+                    }
+                    _ => {}
+                },
+                _ => {}
+            }
+        }
+        Err(DeviceError::Overdue {
+            device: Device::Head,
+            port: self.head_port.name.clone(),
+            what: "homing",
+            limit_s: HOME_LIMIT.as_secs(),
+        })
+    }
+
+    /// One sweep. Whatever ends it, the laser is off and the head stands when this returns.
+    ///
+    /// # Errors
+    /// Why there is none; [`DeviceError::Cancelled`] soon after `cancel` was set.
+    pub fn sweep(
+        &mut self,
+        request: &SweepRequest,
+        cancel: &Cancel,
+    ) -> Result<RawSweep, DeviceError> {
+        self.be_connected(cancel)?;
+        if !self.known.trusted() {
+            return Err(DeviceError::PositionLost {
+                port: self.head_port.name.clone(),
+                detail: self.known.distrust().to_owned(),
+            });
+        }
+        let plan = self.plan(request)?;
+        for text in &plan.notes {
+            self.known.warn(Device::Head, text.clone());
+        }
+        let names = PortNames {
+            laser: self.laser_port.name.clone(),
+            head: self.head_port.name.clone(),
+        };
+        let mut run = SweepRun::new(plan, names, self.clock.now());
+        loop {
+            self.carry_out(&mut run);
+            if let Some(outcome) = run.take_outcome() {
+                if matches!(outcome, Err(DeviceError::Stalled { .. })) {
+                    self.known.distrusted("an axis stalled");
+                }
+                return outcome;
+            }
+            if cancel.is_cancelled() {
+                run.cancel(self.clock.now());
+                self.carry_out(&mut run);
+            }
+            let told = self.next(run.deadline());
+            let now = self.clock.now();
+            match told {
+                Some(Told::Laser(PortEvent::Device(event))) => run.on_laser(event, now),
+                Some(Told::Head(PortEvent::Device(event))) => run.on_head(event, now),
+                Some(Told::Laser(PortEvent::Lost { error, .. })) => {
+                    run.on_lost(Device::Laser, error, now);
+                }
+                Some(Told::Head(PortEvent::Lost { error, .. })) => {
+                    run.on_lost(Device::Head, error, now);
+                }
+                None => {}
+            }
+            run.on_time(now);
+        }
+    }
+
+    fn carry_out(&mut self, run: &mut SweepRun) {
+        while let Some(action) = run.poll_action() {
+            match action {
+                RunAction::Laser(command) => self.laser.send(command),
+                RunAction::Head(command) => self.head.send(command),
+                RunAction::Note(device, text) => self.known.warn(device, text),
+            }
+        }
+    }
+
+    fn plan(&mut self, request: &SweepRequest) -> Result<SweepPlan, DeviceError> {
+        let parameters = self.known.laser()?.parameters;
+        // On RS-232 the rate in use may be another one of the search; the configured one is what people meant.
+        let paced = self.laser_port.line() == Line::Rs232;
+        let line_bytes_s = paced.then_some(self.laser_port.baud / BITS_PER_BYTE);
+        SweepPlan::new(
+            request,
+            &HeadFacts {
+                identity: self.known.head()?,
+                settings: &self.ptu,
+                port: &self.head_port.name,
+            },
+            LaserFacts {
+                parameters,
+                line_bytes_s,
+            },
+        )
+    }
+
+    /// Lays everything to rest: laser off, head to 0, 0 if its position is trusted (else halted), hold power low.
+    ///
+    /// # Errors
+    /// The head is not connected, or stalls.
+    pub fn park(&mut self) -> Result<(), DeviceError> {
+        self.catch_up();
+        self.laser.send(LaserCommand::Stop);
+        if !self.known.trusted() {
+            self.head.send(HeadCommand::Halt);
+            self.head.send(HeadCommand::HoldLow);
+            return Ok(());
+        }
+        let (pan, tilt) = {
+            let identity = self.known.head()?;
+            (identity.pan, identity.tilt)
+        };
+        self.head.send(HeadCommand::HoldLow);
+        for (name, axis) in [(Axis::Pan, &pan), (Axis::Tilt, &tilt)] {
+            let speed = axis
+                .base_speed
+                .clamp(axis.speed_min, axis.speed_max.max(axis.speed_min));
+            self.head.send(HeadCommand::SetSpeed(name, speed));
+            self.head.send(HeadCommand::MoveTo(name, 0));
+        }
+        for axis in [Axis::Pan, Axis::Tilt] {
+            self.wait_at_zero(axis)?;
+        }
+        self.head.send(HeadCommand::Watch(None));
+        Ok(())
+    }
+
+    fn wait_at_zero(&mut self, wanted: Axis) -> Result<(), DeviceError> {
+        self.head.send(HeadCommand::Watch(Some(wanted)));
+        let until = self.clock.now() + STEP_LIMIT;
+        while self.clock.now() < until {
+            match self.next(until) {
+                Some(Told::Head(PortEvent::Lost { error, .. })) => return Err(error),
+                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Position {
+                    axis,
+                    steps: 0,
+                    ..
+                }))))
+                    if axis == wanted =>
+                {
+                    return Ok(());
+                }
+                _ => {}
+            }
+        }
+        self.head.send(HeadCommand::Watch(None));
+        self.head.send(HeadCommand::Halt);
+        Err(DeviceError::Overdue {
+            device: Device::Head,
+            port: self.head_port.name.clone(),
+            what: "parking",
+            limit_s: STEP_LIMIT.as_secs(),
+        })
+    }
+
+    /// Both connected, if need be after a wait.
+    fn be_connected(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
+        self.catch_up();
+        let until = self.clock.now() + CONNECT_LIMIT;
+        loop {
+            if cancel.is_cancelled() {
+                return Err(DeviceError::Cancelled);
+            }
+            if self.known.laser().is_ok() && self.known.head().is_ok() {
+                return Ok(());
+            }
+            if self.clock.now() >= until {
+                self.known.laser()?;
+                self.known.head()?;
+                return Ok(());
+            }
+            self.next(until);
+        }
+    }
+}
+
+impl Drop for Station {
+    fn drop(&mut self) {
+        // Both at once; their own drops wait.
+        self.laser.begin_close();
+        self.head.begin_close();
+    }
+}
