@@ -1,8 +1,8 @@
 //! From the raw data of a sweep to a verdict or a reference: what runs on the blocking pool.
 
-use crate::config::{MountSettings, Settings};
+use crate::config::Settings;
 use crate::formats::write_ply;
-use crate::geometry::{Mount, RollPitchYaw, View};
+use crate::geometry::View;
 use crate::mixture::Mixture;
 use crate::novelty::{Reference, Verdict};
 use crate::patrol::event::Task;
@@ -57,7 +57,10 @@ pub struct Judged {
 
 /// References made ready, newest last; shared by all visits under the same settings.
 #[derive(Debug, Clone, Default)]
-pub struct ReadyReferences(Arc<Mutex<VecDeque<(i64, Arc<Reference>)>>>);
+pub struct ReadyReferences(Arc<Mutex<VecDeque<ReadyReference>>>);
+
+/// Sequence number in the store, and the reference.
+type ReadyReference = (i64, Arc<Reference>);
 
 impl ReadyReferences {
     fn get(&self, stored: &StoredReference, settings: &Settings) -> Result<Arc<Reference>, String> {
@@ -90,7 +93,7 @@ pub fn judge(
     settings: &Settings,
     ready: &ReadyReferences,
 ) -> Judged {
-    let sweep = match assemble(raw, &mount(&settings.mount)) {
+    let sweep = match assemble(raw, &settings.mount.chain()) {
         Ok(sweep) => sweep,
         Err(error) => {
             return Judged {
@@ -150,19 +153,4 @@ fn compare(
     report.novelties = novelties;
     let verdict = detection.verdict;
     Ok(Finding::Visit(Box::new(Judgement { verdict, report })))
-}
-
-fn mount(settings: &MountSettings) -> Mount {
-    let [roll_rad, pitch_rad, yaw_rad] = settings.laser_rpy_rad;
-    Mount::new(
-        settings.pan_axis_m,
-        settings.tilt_axis_m,
-        settings.plate_m,
-        settings.laser_m,
-        RollPitchYaw {
-            roll_rad,
-            pitch_rad,
-            yaw_rad,
-        },
-    )
 }

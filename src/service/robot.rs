@@ -5,6 +5,8 @@ use crate::devices::Cancel;
 use crate::store::Level;
 use crate::sweep::RawSweep;
 use serde_json::Value;
+use std::fmt;
+use std::sync::Arc;
 
 /// Devices that are connected and homed. Dropping it turns the laser off, stops the head and lets the ports go.
 pub trait Robot: Send {
@@ -49,12 +51,14 @@ pub trait Connect: Send {
 
 /// Takes what the devices have to say.
 #[derive(Clone)]
-pub struct Notes(std::sync::Arc<dyn Fn(Level, &str, String) + Send + Sync>);
+pub struct Notes(Arc<Take>);
+
+type Take = dyn Fn(Level, &str, String) + Send + Sync;
 
 impl Notes {
     /// Notes that go to `take`: how bad, which device, what.
     pub fn new(take: impl Fn(Level, &str, String) + Send + Sync + 'static) -> Self {
-        Self(std::sync::Arc::new(take))
+        Self(Arc::new(take))
     }
 
     /// Says something about a device.
@@ -63,8 +67,8 @@ impl Notes {
     }
 }
 
-impl std::fmt::Debug for Notes {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Debug for Notes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Notes")
     }
 }

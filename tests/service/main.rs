@@ -5,6 +5,7 @@ mod house;
 mod process;
 
 use house::{Act, House, Scripted, configure, plan, points};
+use patrold::service::replies::VisitReply;
 use patrold::service::{Control, ServiceError, serve};
 use patrold::store::{AlarmFilter, Store};
 use std::time::Duration;
@@ -56,6 +57,19 @@ fn a_round_from_teaching_to_an_alarm_and_back() {
     assert_eq!(again["alarm"]["raised"], false, "{again}");
     assert_eq!(again["alarm"]["id"], changed["alarm"]["id"]);
 
+    let json = process::patrold(dir.path(), &["visit", "hall", "--json"])
+        .output()
+        .expect("runs");
+    assert_eq!(json.status.code(), Some(10), "{json:?}");
+    let told: VisitReply = serde_json::from_slice(&json.stdout).expect("the service's own JSON");
+    assert_eq!(told.verdict, "changed");
+    let text = process::patrold(dir.path(), &["visit", "hall"])
+        .output()
+        .expect("runs");
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    assert!(text.starts_with("hall: changed ("), "{text}");
+    assert!(text.contains("belongs to alarm 1"), "{text}");
+
     let gone = house.visit(BEFORE);
     assert_eq!(
         (&gone["verdict"], &gone["cleared"][0]),
@@ -70,6 +84,13 @@ fn a_round_from_teaching_to_an_alarm_and_back() {
         "{}",
         swept.head
     );
+
+    let cloud = dir.path().join("cloud.ply");
+    let out = process::patrold(dir.path(), &["sweep", "--out", &cloud.to_string_lossy()])
+        .output()
+        .expect("runs");
+    assert_eq!(out.status.code(), Some(0), "{out:?}");
+    assert!(points(&std::fs::read(&cloud).expect("written")).len() > 20_000);
 
     let status = house.status();
     assert_eq!(

@@ -5,7 +5,8 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-fn patrold(dir: &Path, arguments: &[&str]) -> Command {
+/// A command of the program with the configuration in `dir`.
+pub fn patrold(dir: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_patrold"));
     command
         .args(arguments)
