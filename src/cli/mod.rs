@@ -3,6 +3,7 @@
 
 mod alarms;
 mod args;
+mod client;
 mod clouds;
 mod compare;
 mod config;
@@ -14,12 +15,15 @@ mod files;
 mod fit;
 mod output;
 mod progress;
+mod run;
 mod shapes;
 mod stopwatch;
 mod scenes;
 mod signals;
 mod sweep;
 mod table;
+mod teach;
+mod visit;
 mod waypoints;
 mod when;
 

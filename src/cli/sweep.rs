@@ -1,12 +1,11 @@
-//! `patrold sweep --out FILE.ply`: one sweep, straight from the devices.
+//! `patrold sweep --out FILE.ply`: one sweep, through the running service, else straight from the devices.
 
 use super::failure::{DONE, Failure, Outcome};
-use super::{config, output, signals};
-use crate::config::{MountSettings, Settings};
+use super::{client, config, output, signals};
+use crate::config::Settings;
 use crate::devices::{Cancel, Clock, NoteLevel, Station, SweepRequest};
 use crate::formats::write_ply;
-use crate::geometry::{Mount, RollPitchYaw};
-use crate::sweep::{Sweep, assemble};
+use crate::sweep::{Quality, Sweep, assemble};
 use clap::Args;
 use serde_json::json;
 use std::fs;
@@ -27,12 +26,37 @@ pub struct SweepArgs {
     json: bool,
 }
 
+/// What a sweep gave.
+struct Taken {
+    ply: Vec<u8>,
+    points: usize,
+    quality: Quality,
+    /// Why it must not be judged.
+    fault: Option<String>,
+}
+
 /// Runs `sweep`.
 pub fn run(args: &SweepArgs) -> Outcome {
     let settings = config::settings(args.config.as_deref())?;
-    let cancel = signals::cancel_on_signal()?;
-    let sweep = sweep_direct(&settings, &Clock::real(), &cancel)?;
-    report(args, &settings, &sweep)
+    let taken = match client::sweep(&settings.api.socket)? {
+        Some((about, ply)) => Taken {
+            ply,
+            points: about.points,
+            quality: about.sweep,
+            fault: about.fault,
+        },
+        None => {
+            let cancel = signals::cancel_on_signal()?;
+            let sweep = sweep_direct(&settings, &Clock::real(), &cancel)?;
+            Taken {
+                ply: write_ply(&sweep.view.points),
+                points: sweep.view.points.len(),
+                fault: sweep.quality.fault(settings.sweep.max_missing_lines),
+                quality: sweep.quality,
+            }
+        }
+    };
+    report(args, taken)
 }
 
 /// Homes if the head needs it, sweeps as configured, parks. Notes of the devices go to standard error.
@@ -56,50 +80,33 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
         eprintln!("patrold: {}: {}", note.device, note.text);
     }
     let raw = taken.map_err(|error: crate::devices::DeviceError| Failure::failed(error))?;
-    assemble(&raw, &mount(&settings.mount)).map_err(Failure::failed)
+    assemble(&raw, &settings.mount.chain()).map_err(Failure::failed)
 }
 
 /// Writes the cloud and says what it is worth. A sweep that must not be judged is written all the same, and a failure.
-fn report(args: &SweepArgs, settings: &Settings, sweep: &Sweep) -> Outcome {
+fn report(args: &SweepArgs, taken: Taken) -> Outcome {
     let path = args.out.display();
-    fs::write(&args.out, write_ply(&sweep.view.points))
+    fs::write(&args.out, &taken.ply)
         .map_err(|error| Failure::Failed(format!("{path}: {error}")))?;
-    let quality = &sweep.quality;
-    let fault = quality.fault(settings.sweep.max_missing_lines);
+    let quality = &taken.quality;
     if args.json {
         output::json(&json!({
             "out": args.out,
-            "points": sweep.view.points.len(),
+            "points": taken.points,
             "quality": quality,
-            "fault": fault,
+            "fault": taken.fault,
         }))?;
     } else {
         output::line(format!(
             "{path}: {} points, {} of {} lines, {:.1} % of the beams with nothing there",
-            sweep.view.points.len(),
+            taken.points,
             quality.lines_got,
             quality.lines_expected,
             100.0 * quality.no_return_share
         ))?;
     }
-    match fault {
+    match taken.fault {
         None => Ok(DONE),
         Some(why) => Err(Failure::Failed(why)),
     }
-}
-
-/// The configured chain from base to laser.
-pub fn mount(settings: &MountSettings) -> Mount {
-    let [roll_rad, pitch_rad, yaw_rad] = settings.laser_rpy_rad;
-    Mount::new(
-        settings.pan_axis_m,
-        settings.tilt_axis_m,
-        settings.plate_m,
-        settings.laser_m,
-        RollPitchYaw {
-            roll_rad,
-            pitch_rad,
-            yaw_rad,
-        },
-    )
 }

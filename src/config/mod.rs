@@ -7,6 +7,7 @@ mod keys;
 mod layers;
 mod load;
 mod reading;
+mod mount;
 mod settings;
 mod template;
 mod value;
