@@ -56,6 +56,7 @@ fn thing(x: f64) -> NoveltyRecord {
         kind: Kind::Appeared,
         moved_from: None,
         points: vec![0, 1],
+        places: Vec::new(),
         moments: gaussian(x),
         mixture: mixture(),
         extent_m: [0.1, 0.1, 0.1],

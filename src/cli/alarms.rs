@@ -182,7 +182,8 @@ pub fn alarm_table(alarms: &[AlarmRow]) -> String {
     rows.to_string()
 }
 
-fn describe(novelty: &crate::patrol::NoveltyRecord) -> String {
+/// One thing that came or went, in one sentence.
+pub fn describe(novelty: &crate::patrol::NoveltyRecord) -> String {
     let moved = if novelty.moved_from.is_some() {
         " (moved)"
     } else {
@@ -228,7 +229,7 @@ fn details(alarm: &AlarmRow) -> String {
     for (at, by) in alarm.acknowledged_at.iter().zip(&alarm.acknowledged_by) {
         lines.push(format!("  acknowledged {at} by {by}"));
     }
-    for note in &alarm.note {
+    if let Some(note) = &alarm.note {
         lines.push(format!("  note: {note}"));
     }
     for (at, because) in alarm.cleared_at.iter().zip(&alarm.cleared_because) {

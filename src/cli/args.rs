@@ -1,7 +1,7 @@
 //! The command line as a whole, and the way from a command to its exit code.
 
 use super::failure::Outcome;
-use super::{alarms, config, devices, distance, emulate, fit, sweep, waypoints};
+use super::{alarms, compare, config, devices, distance, emulate, fit, shapes, sweep, waypoints};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -21,10 +21,14 @@ enum Command {
     Devices(devices::DevicesArgs),
     /// One sweep of the place around the robot, as a cloud
     Sweep(sweep::SweepArgs),
+    /// Compare recorded clouds with the engine of the service
+    Compare(compare::CompareArgs),
     /// The mixture of one recorded cloud
     Fit(fit::FitArgs),
     /// Earth Mover's Distance between two mixtures
     Distance(distance::DistanceArgs),
+    /// The shapes in one segmented cloud
+    Shapes(shapes::ShapesArgs),
     /// Check or show the configuration
     Config(config::ConfigArgs),
     /// Waypoints and their reference versions
@@ -39,8 +43,10 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Emulate(args) => emulate::run(args),
         Command::Devices(args) => devices::run(args),
         Command::Sweep(args) => sweep::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Fit(args) => fit::run(args),
         Command::Distance(args) => distance::run(args),
+        Command::Shapes(args) => shapes::run(args),
         Command::Config(args) => config::run(args),
         Command::Waypoints(args) => waypoints::run(args),
         Command::Alarms(args) => alarms::run(args),

@@ -4,6 +4,7 @@
 mod alarms;
 mod args;
 mod clouds;
+mod compare;
 mod config;
 mod devices;
 mod distance;
@@ -11,6 +12,9 @@ mod emulate;
 mod failure;
 mod fit;
 mod output;
+mod progress;
+mod shapes;
+mod stopwatch;
 mod scenes;
 mod signals;
 mod sweep;

@@ -232,7 +232,7 @@ pub const KEYS: &[Key] = &[
     key(
         "novelty.u_th_fm",
         Float(1e-9, METRES),
-        "0.0005",
+        "0.002",
         "",
         "The threshold where novelty.ground is fm, whose d_GMM has no unit.",
     ),
@@ -320,7 +320,7 @@ pub const WAYPOINT_KEYS: &[Key] = &[
     key(
         "u_th_fm",
         Float(1e-9, METRES),
-        "0.0005",
+        "0.002",
         "",
         "novelty.u_th_fm for this waypoint alone.",
     ),

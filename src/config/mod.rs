@@ -2,9 +2,11 @@
 //! told at once with its line, and every value knows where it came from.
 
 mod check;
+mod engine;
 mod keys;
 mod layers;
 mod load;
+mod reading;
 mod settings;
 mod template;
 mod value;

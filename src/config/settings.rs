@@ -1,8 +1,8 @@
 //! The configuration as the program reads it: checked, typed, no more names to look up.
 
-use super::check::{Mistake, Problem, waypoint_parts};
+use super::check::{Mistake, Problem};
 use super::layers::Layers;
-use super::value::Value;
+use super::reading::read;
 use crate::distance::Ground;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -206,7 +206,7 @@ pub struct WaypointSettings {
 impl Settings {
     /// The settings of an empty file.
     pub fn defaults() -> Self {
-        Self::read(&Layers::defaults())
+        read(&Layers::defaults())
     }
 
     /// Reads checked layers and looks for contradictions between them.
@@ -214,7 +214,7 @@ impl Settings {
     /// # Errors
     /// Every contradiction found.
     pub fn build(layers: &Layers) -> Result<Self, Vec<Mistake>> {
-        let settings = Self::read(layers);
+        let settings = read(layers);
         let mistakes: Vec<Mistake> = settings
             .contradictions()
             .into_iter()
@@ -273,160 +273,6 @@ impl Settings {
             ));
         }
         found
-    }
-
-    fn read(layers: &Layers) -> Self {
-        let get = Getter(layers);
-        let waypoints = read_waypoints(layers);
-        Self {
-            robot: RobotSettings {
-                name: get.text("robot.name"),
-            },
-            laser: LaserSettings {
-                port: get.text("laser.port"),
-                baud: get.whole("laser.baud") as u32,
-            },
-            ptu: PtuSettings {
-                port: get.text("ptu.port"),
-                baud: get.whole("ptu.baud") as u32,
-                pan_sign: get.whole("ptu.pan_sign") as f64,
-                tilt_sign: get.whole("ptu.tilt_sign") as f64,
-                pan_zero_rad: get.radians("ptu.pan_zero_deg"),
-                tilt_zero_rad: get.radians("ptu.tilt_zero_deg"),
-                home_at_start: get.flag("ptu.home_at_start"),
-            },
-            mount: MountSettings {
-                pan_axis_m: get.triple("mount.pan_axis_xyz_m"),
-                tilt_axis_m: get.triple("mount.tilt_axis_xyz_m"),
-                plate_m: get.triple("mount.plate_xyz_m"),
-                laser_m: get.triple("mount.xyz_m"),
-                laser_rpy_rad: get.triple("mount.rpy_deg").map(f64::to_radians),
-            },
-            sweep: SweepSettings {
-                mode: match get.text("sweep.mode").as_str() {
-                    "step" => SweepMode::Step,
-                    _ => SweepMode::Continuous,
-                },
-                tilt_from_rad: get.radians("sweep.tilt_from_deg"),
-                tilt_to_rad: get.radians("sweep.tilt_to_deg"),
-                speed_rad_s: get.radians("sweep.speed_deg_s"),
-                step_rad: get.radians("sweep.step_deg"),
-                pans_rad: to_radians(&get.list("sweep.pans_deg")),
-                max_missing_lines: get.float("sweep.max_missing_lines"),
-            },
-            mixture: MixtureSettings {
-                seed: get.whole("mixture.seed") as u64,
-            },
-            novelty: NoveltySettings {
-                engine: match get.text("novelty.engine").as_str() {
-                    "paper" => EngineMode::Paper,
-                    _ => EngineMode::Standard,
-                },
-                u_th_m: get.float("novelty.u_th_m"),
-                u_th_fm: get.float("novelty.u_th_fm"),
-                ground: match get.text("novelty.ground").as_str() {
-                    "euclid" => Ground::Euclid,
-                    "fm" => Ground::Fm,
-                    _ => Ground::W2,
-                },
-                max_range_m: Some(get.float("novelty.max_range_m")).filter(|m| *m > 0.0),
-            },
-            shape: ShapeSettings {
-                method: get.text("shape.method"),
-            },
-            store: StoreSettings {
-                dir: PathBuf::from(get.text("store.dir")),
-                keep_days: get.float("store.keep_days"),
-                keep_gib: get.float("store.keep_gib"),
-            },
-            alarms: AlarmSettings {
-                same_place_m: get.float("alarms.same_place_m"),
-            },
-            api: ApiSettings {
-                socket: PathBuf::from(get.text("api.socket")),
-                socket_mode: get.whole("api.socket_mode") as u32,
-            },
-            log: LogSettings {
-                level: get.text("log.level"),
-                to: get.text("log.to"),
-            },
-            waypoints,
-        }
-    }
-}
-
-fn read_waypoints(layers: &Layers) -> BTreeMap<String, WaypointSettings> {
-    let mut waypoints: BTreeMap<String, WaypointSettings> = BTreeMap::new();
-    for (name, (value, _)) in &layers.values {
-        let Some((waypoint, key)) = waypoint_parts(name) else {
-            continue;
-        };
-        let own = waypoints.entry(waypoint.to_owned()).or_default();
-        match (key, value) {
-            ("u_th_m", Value::Float(x)) => own.u_th_m = Some(*x),
-            ("u_th_fm", Value::Float(x)) => own.u_th_fm = Some(*x),
-            ("pans_deg", Value::Floats(list)) => own.pans_rad = Some(to_radians(list)),
-            ("map_pose", Value::Floats(list)) => {
-                own.map_pose = <[f64; 3]>::try_from(list.as_slice())
-                    .ok()
-                    .map(|[x, y, yaw_deg]| [x, y, yaw_deg.to_radians()]);
-            }
-            _ => {}
-        }
-    }
-    waypoints
-}
-
-fn to_radians(degrees: &[f64]) -> Vec<f64> {
-    degrees.iter().map(|d| d.to_radians()).collect()
-}
-
-/// Typed look-ups; every key has a default of its kind, so each finds its value.
-struct Getter<'a>(&'a Layers);
-
-impl Getter<'_> {
-    fn value(&self, name: &str) -> Option<&Value> {
-        self.0.values.get(name).map(|(value, _)| value)
-    }
-
-    fn text(&self, name: &str) -> String {
-        match self.value(name) {
-            Some(Value::Text(text)) => text.clone(),
-            _ => String::new(),
-        }
-    }
-
-    fn float(&self, name: &str) -> f64 {
-        match self.value(name) {
-            Some(Value::Float(x)) => *x,
-            _ => f64::NAN,
-        }
-    }
-
-    fn radians(&self, name: &str) -> f64 {
-        self.float(name).to_radians()
-    }
-
-    fn whole(&self, name: &str) -> i64 {
-        match self.value(name) {
-            Some(Value::Integer(n)) => *n,
-            _ => 0,
-        }
-    }
-
-    fn flag(&self, name: &str) -> bool {
-        self.value(name) == Some(&Value::Flag(true))
-    }
-
-    fn list(&self, name: &str) -> Vec<f64> {
-        match self.value(name) {
-            Some(Value::Floats(list)) => list.clone(),
-            _ => Vec::new(),
-        }
-    }
-
-    fn triple(&self, name: &str) -> [f64; 3] {
-        <[f64; 3]>::try_from(self.list(name).as_slice()).unwrap_or([f64::NAN; 3])
     }
 }
 

@@ -139,20 +139,25 @@ impl Rays {
         wide
     }
 
-    /// Whether rays stand around the direction `d` on all sides but one, however far: then a place
-    /// without rays is a hole inside the view, not its outside.
+    /// Whether rays stand around the direction `d` on all sides, however far: then a place without rays
+    /// is a hole inside the view, not its outside. A gap of a sixth of the way round is outside: where
+    /// the lines of a tilted sensor converge, its field ends between two fans.
     pub fn surrounds(&self, d: &Vector3<f64>) -> bool {
         let (across, up) = basis(d);
-        let mut sectors = [false; SECTORS];
+        let mut sectors = [false; 2 * SECTORS];
         self.coarse.for_each_within(
             &Point3::from(*d),
             (HULL_SPACINGS * self.spacing_rad).min(1.0),
             |i, _| {
                 let off = self.coarse_directions[i].coords - d;
-                sectors[sector(off.dot(&across), off.dot(&up))] = true;
+                let turn = off.dot(&up).atan2(off.dot(&across)) / std::f64::consts::TAU + 0.5;
+                let at = (turn * sectors.len() as f64) as usize;
+                sectors[at.min(2 * SECTORS - 1)] = true;
             },
         );
-        sectors.iter().filter(|s| **s).count() >= SECTORS - 1
+        // No three neighbouring sectors empty.
+        let n = sectors.len();
+        (0..n).all(|i| (0..3).any(|k| sectors[(i + k) % n]))
     }
 
     /// Rays per steradian around the unit direction `d`, taken over 2.5 spacings.

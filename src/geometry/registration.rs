@@ -200,7 +200,7 @@ impl<'a> Scene<'a> {
 
     /// The plane that the place `p` belongs to, at most `gate_m` away.
     fn plane_at(&self, p: &Point3<f64>, gate_m: f64) -> Option<&Patch> {
-        let found = if gate_m > 4.0 * self.reach_m {
+        let found = if gate_m > self.reach_m {
             let (i, _) = self.coarse.nearest(p, gate_m + 2.0 * self.reach_m)?;
             self.coarse_of[i] as usize
         } else {

@@ -10,6 +10,8 @@ const FEWEST_NEIGHBOURS: usize = 6;
 const FLAT_RATIO: f64 = 0.25;
 /// Smallest ratio of the two widths: below, neighbours lie along one scan line and fix no plane.
 const NARROW_RATIO: f64 = 0.2;
+/// Most surface of one ray, in squares of its distance to the next.
+const SHALLOW: f64 = 4.0;
 /// How much further to look where neighbours lie along one scan line.
 const WIDER: f64 = 2.5;
 
@@ -22,6 +24,9 @@ pub struct Patch {
     pub neighbours: usize,
     /// Number of points in the cell.
     pub count: usize,
+    /// Visible surface that the cell's points stand for, square metres: their share of the disc around
+    /// them. Free of how beams crowd and of how cells cut the surface.
+    pub area_m2: f64,
     /// Unit normal of the surrounding surface, turned towards the sensor.
     pub normal: Vector3<f64>,
     /// Offset of the surrounding surface's mean along the normal: a place `x` lies
@@ -62,15 +67,22 @@ impl Surfaces {
     pub fn of(points: &[Point3<f64>], origin: &Point3<f64>, spacing_rad: f64, cell_m: f64) -> Self {
         let (means, counts, patch_of_point) = thin(points, cell_m);
         let grid = Grid::new(&means, 2.0 * cell_m);
-        let patches = means
-            .par_iter()
-            .zip(counts.par_iter())
-            .map(|(mean, count)| {
+        let cells = Cells {
+            means: &means,
+            counts: &counts,
+            grid: &grid,
+        };
+        let patches = (0..means.len())
+            .into_par_iter()
+            .map(|at| {
+                let mean = &means[at];
                 let range_m = (mean - origin).norm();
                 let radius_m = (1.6 * spacing_rad * range_m)
                     .max(3.0 * cell_m)
                     .min(1.0_f64.max(3.0 * cell_m));
-                patch(&means, &grid, mean, *count, origin, radius_m)
+                // A lone point stands for its own gap between rays, met at a shallow angle.
+                let most_m2 = (SHALLOW * (spacing_rad * range_m).powi(2)).max(cell_m.powi(2));
+                patch(&cells, at, origin, radius_m, most_m2)
             })
             .collect();
         Self {
@@ -107,18 +119,13 @@ fn thin(points: &[Point3<f64>], cell_m: f64) -> (Vec<Point3<f64>>, Vec<usize>, V
     (means, sums.iter().map(|(_, n)| *n).collect(), of_point)
 }
 
-fn patch(
-    means: &[Point3<f64>],
-    grid: &Grid,
-    mean: &Point3<f64>,
-    count: usize,
-    origin: &Point3<f64>,
-    radius_m: f64,
-) -> Patch {
-    let near = Neighbourhood::of(means, grid, mean, radius_m);
+/// The patch of cell `at`, seen from `origin`; one of its points stands for `most_m2` at most.
+fn patch(cells: &Cells<'_>, at: usize, origin: &Point3<f64>, radius_m: f64, most_m2: f64) -> Patch {
+    let (mean, count) = (&cells.means[at], cells.counts[at]);
+    let near = Neighbourhood::of(cells, mean, radius_m);
     // Scan lines lie further apart on a surface met at a shallow angle.
     let around = if near.one_line() && radius_m < 1.0 {
-        Neighbourhood::of(means, grid, mean, (WIDER * radius_m).min(1.0))
+        Neighbourhood::of(cells, mean, (WIDER * radius_m).min(1.0))
     } else {
         near
     };
@@ -130,6 +137,9 @@ fn patch(
         mean: *mean,
         neighbours: around.n as usize,
         count,
+        area_m2: count as f64
+            * (std::f64::consts::PI * around.radius_m.powi(2) / around.points.max(1.0))
+                .min(most_m2),
         normal,
         offset_m: normal.dot(&(mean + around.shift).coords),
         roughness_m: around.deviations[0],
@@ -140,9 +150,17 @@ fn patch(
     }
 }
 
+/// All thinning cells of a view.
+struct Cells<'a> {
+    means: &'a [Point3<f64>],
+    counts: &'a [usize],
+    grid: &'a Grid,
+}
+
 /// The cells around a place and their principal axes.
 struct Neighbourhood {
     n: f64,
+    points: f64,
     radius_m: f64,
     shift: Vector3<f64>,
     normal: Vector3<f64>,
@@ -151,13 +169,15 @@ struct Neighbourhood {
 }
 
 impl Neighbourhood {
-    fn of(means: &[Point3<f64>], grid: &Grid, mean: &Point3<f64>, radius_m: f64) -> Self {
+    fn of(cells: &Cells<'_>, mean: &Point3<f64>, radius_m: f64) -> Self {
         let mut n = 0.0;
+        let mut points = 0;
         let mut sum = Vector3::zeros();
         let mut square = Matrix3::zeros();
-        grid.for_each_within(mean, radius_m, |i, _| {
-            let d = means[i] - mean;
+        cells.grid.for_each_within(mean, radius_m, |i, _| {
+            let d = cells.means[i] - mean;
             n += 1.0;
+            points += cells.counts[i];
             sum += d;
             square += d * d.transpose();
         });
@@ -168,6 +188,7 @@ impl Neighbourhood {
         axes.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
         Self {
             n,
+            points: points as f64,
             radius_m,
             shift,
             normal: eigen.eigenvectors.column(axes[0]).into_owned(),

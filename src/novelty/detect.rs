@@ -96,23 +96,22 @@ pub fn detect(
 
     observer(Stage::Segment);
     let evidence = pair.judge(settings);
-    let things = match settings.segmentation {
-        Segmentation::Evidence => [
-            segment(then, &evidence[0], &settings.segment),
-            segment(&now, &evidence[1], &settings.segment),
-        ],
+    let (things, literal) = match settings.segmentation {
+        Segmentation::Evidence => {
+            let things = [
+                segment(then, &evidence[0], &settings.segment),
+                segment(&now, &evidence[1], &settings.segment),
+            ];
+            (things, None)
+        }
         Segmentation::Mixture => {
-            let current_mixture = match settings.model {
+            let own_model = match settings.model {
                 Model::Refit => None,
                 Model::Independent { .. } => Some(model(&now, settings, seed)?),
             };
-            algorithm1::segment(
-                &reference.mixture,
-                current_mixture,
-                &pair,
-                &evidence,
-                settings,
-            )?
+            let found = algorithm1::run(&reference.mixture, own_model, &pair, &evidence, settings)?;
+            let literal = (found.d, found.contributions, found.components);
+            (found.things, Some(literal))
         }
     };
 
@@ -123,7 +122,10 @@ pub fn detect(
         pair.side(0, &sights[0], &points[0]),
         pair.side(1, &sights[1], &points[1]),
     ];
-    let balance = quantify(&reference.mixture, &sides[0], &sides[1], &settings.quantify)?;
+    let mut balance = quantify(&reference.mixture, &sides[0], &sides[1], &settings.quantify)?;
+    if let Some((d, contributions, components)) = literal {
+        balance.restate(d, contributions, components);
+    }
     let novelties = tell(&things, &sides, &balance, &pair.registration)?;
 
     let mut labels = vec![false; current.points.len()];
@@ -172,8 +174,7 @@ impl<'a> Pair<'a> {
             .noise
             .sigma_m(then.middle_range_m)
             .hypot(now.noise.sigma_m(now.middle_range_m));
-        let gate_m =
-            (settings.evidence.gate_sigmas * sigma_m).max(settings.evidence.least_gate_m);
+        let gate_m = (settings.evidence.gate_sigmas * sigma_m).max(settings.evidence.least_gate_m);
         let registration = register(
             &then.surfaces,
             &now.surfaces,
@@ -210,8 +211,7 @@ impl<'a> Pair<'a> {
             let (own, other) = (self.views[side], self.views[1 - side]);
             Judge {
                 other,
-                other_from_own: self.reference_from(1 - side).inverse()
-                    * self.reference_from(side),
+                other_from_own: self.reference_from(1 - side).inverse() * self.reference_from(side),
                 own_noise: own.noise,
                 between: self.between,
                 registration: &self.registration,
@@ -222,12 +222,7 @@ impl<'a> Pair<'a> {
         })
     }
 
-    fn side(
-        &self,
-        side: usize,
-        sights: &'a [Sight],
-        novelties: &'a [Vec<usize>],
-    ) -> Side<'a> {
+    fn side(&self, side: usize, sights: &'a [Sight], novelties: &'a [Vec<usize>]) -> Side<'a> {
         Side {
             own: self.views[side],
             reference_from_own: self.reference_from(side),
@@ -294,8 +289,7 @@ fn tell(
     let mut told = Vec::new();
     for (side, kind) in [(0, Kind::Disappeared), (1, Kind::Appeared)] {
         let shares = [&balance.disappeared, &balance.appeared][side];
-        let current_from_own =
-            registration.current_from_reference * sides[side].reference_from_own;
+        let current_from_own = registration.current_from_reference * sides[side].reference_from_own;
         for (thing, (mass, contribution)) in things[side].iter().zip(shares) {
             let places: Vec<Point3<f64>> = thing
                 .points
@@ -315,6 +309,7 @@ fn tell(
                     &registration.current_from_reference,
                 ),
                 extent_m: extent(&places),
+                places,
                 mass: *mass,
                 contribution: *contribution,
                 support: thing.support,
@@ -339,10 +334,11 @@ fn carried(mut mixture: Mixture, pose: &Pose) -> Mixture {
 
 fn extent(places: &[Point3<f64>]) -> [f64; 3] {
     [0, 1, 2].map(|axis| {
-        let (low, high) = places.iter().fold(
-            (f64::INFINITY, f64::NEG_INFINITY),
-            |(low, high), p| (low.min(p[axis]), high.max(p[axis])),
-        );
+        let (low, high) = places
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+                (low.min(p[axis]), high.max(p[axis]))
+            });
         high - low
     })
 }

@@ -3,6 +3,7 @@
 mod algorithm1;
 mod detect;
 mod errors;
+mod ledger;
 mod model;
 mod moved;
 mod noise;

@@ -1,6 +1,7 @@
 //! The words in which a change is told.
 
 use crate::mixture::{Gaussian, Mixture};
+use nalgebra::Point3;
 
 /// Whether a thing came or went.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -43,6 +44,8 @@ pub struct Novelty {
     pub moved_from: Option<usize>,
     /// Indices of its points: into the current view if appeared, into the reference if disappeared.
     pub points: Vec<usize>,
+    /// Those points, metres.
+    pub places: Vec<Point3<f64>>,
     /// Mean and covariance of its points.
     pub moments: Gaussian,
     /// Its Gaussians, for retrieval of its shape (section IV); weights sum to one within it.

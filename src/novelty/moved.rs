@@ -13,10 +13,11 @@ pub fn link(novelties: &mut [Novelty]) {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (a, came) in novelties.iter().enumerate() {
         for (d, went) in novelties.iter().enumerate() {
-            if came.kind == Kind::Appeared && went.kind == Kind::Disappeared {
-                if let Some(unlike) = unlikeness(came, went) {
-                    pairs.push((unlike, a, d));
-                }
+            if came.kind == Kind::Appeared
+                && went.kind == Kind::Disappeared
+                && let Some(unlike) = unlikeness(came, went)
+            {
+                pairs.push((unlike, a, d));
             }
         }
     }

@@ -5,11 +5,13 @@
 //! more than sampling explains count as equal. Mass is visible surface: thinning cells, not points,
 //! so that it does not depend on how beams crowd.
 
+use super::ledger::Ledger;
 use super::{NoveltyError, Prepared, QuantifySettings, Sight};
-use crate::distance::{Ground, emd};
 use crate::geometry::Pose;
-use crate::mixture::{Mixture, RefitSettings, SplitSettings, Unexplained, refit, split_until_flat};
-use nalgebra::Point3;
+use crate::mixture::{
+    EmSettings, Mixture, RefitSettings, SplitSettings, Unexplained, refit, split_until_flat,
+};
+use nalgebra::{Matrix3, Point3};
 
 /// What one view brings into the balance.
 pub struct Side<'a> {
@@ -30,6 +32,8 @@ pub struct Balance {
     pub d: f64,
     /// d_GMM times the visible surface, m^2 m (for a ground distance in metres).
     pub work_m3: f64,
+    /// Surface that both could see, with what came and went, square metres.
+    pub surface_m2: f64,
     /// Mass and contribution of each appeared novelty.
     pub appeared: Vec<(f64, f64)>,
     /// Mass and contribution of each disappeared novelty.
@@ -40,6 +44,23 @@ pub struct Balance {
     pub components: [usize; 2],
     /// Share of each view's surface that the other could see: reference, current.
     pub overlap: [f64; 2],
+}
+
+impl Balance {
+    /// Puts d_GMM as Algorithm 1 took it, of the whole mixtures, in the place of the distance between
+    /// what both could see. `contributions` and `components` are those of reference and revisit.
+    pub fn restate(&mut self, d: f64, contributions: [Vec<f64>; 2], components: [usize; 2]) {
+        let [went, came] = contributions;
+        self.rest = d - went.iter().chain(&came).sum::<f64>();
+        for (list, parts) in [(&mut self.disappeared, went), (&mut self.appeared, came)] {
+            for (entry, part) in list.iter_mut().zip(parts) {
+                entry.1 = part;
+            }
+        }
+        self.d = d;
+        self.work_m3 = d * self.surface_m2;
+        self.components = components;
+    }
 }
 
 /// Weighs the two views against each other. `mixture` is the reference's, in its frame.
@@ -56,6 +77,7 @@ pub fn quantify(
     let mut balance = Balance {
         d: 0.0,
         work_m3: 0.0,
+        surface_m2: sides[0].total().max(sides[1].total()),
         appeared: vec![(0.0, 0.0); current.novelties.len()],
         disappeared: vec![(0.0, 0.0); reference.novelties.len()],
         rest: 0.0,
@@ -65,13 +87,16 @@ pub fn quantify(
     if sides.iter().any(|s| s.background <= 0.0) {
         return Ok(balance);
     }
+    let wide = widened(mixture, reference.own, current.own);
     let weights = [
-        sides[0].background_weights(mixture)?,
-        sides[1].background_weights(mixture)?,
+        sides[0].background_weights(&wide)?,
+        sides[1].background_weights(&wide)?,
     ];
+    let unsure = unsure_weights(&wide, &sides)?;
     let [then, now] = explained_by_sampling(
         weights,
-        [sides[0].background, sides[1].background],
+        &unsure,
+        [sides[0].samples, sides[1].samples],
         settings,
     );
     let mut ledger = Ledger::default();
@@ -95,12 +120,16 @@ pub fn quantify(
                 balance.components[side] += 1;
                 ledger.enter(*g, masses, Some((side, index)));
             }
-            let list = [&mut balance.disappeared, &mut balance.appeared];
-            list.into_iter().nth(side).map(|l| l[index].0 = mass);
+            let told = if side == 0 {
+                &mut balance.disappeared
+            } else {
+                &mut balance.appeared
+            };
+            told[index].0 = mass;
         }
     }
     ledger.settle(settings.ground, &mut balance)?;
-    balance.work_m3 = balance.d * sides[0].surface_m2.max(sides[1].surface_m2);
+    balance.work_m3 = balance.d * balance.surface_m2;
     Ok(balance)
 }
 
@@ -110,11 +139,7 @@ pub fn novelty_mixture(side: &Side<'_>, points: &[usize]) -> Result<Mixture, Nov
         .iter()
         .map(|i| side.reference_from_own * side.own.view.points[*i])
         .collect();
-    Ok(split_until_flat(
-        &places,
-        None,
-        &split_settings(side.own),
-    )?)
+    Ok(split_until_flat(&places, None, &split_settings(side.own))?)
 }
 
 /// How finely a view's surfaces are modelled.
@@ -130,9 +155,12 @@ pub fn split_settings(own: &Prepared) -> SplitSettings {
 struct Share {
     places: Vec<Point3<f64>>,
     weights: Vec<f64>,
+    /// Cells that the other view did not surely see, and their surface.
+    unsure: (Vec<Point3<f64>>, Vec<f64>),
     background: f64,
     novelties: Vec<f64>,
-    surface_m2: f64,
+    /// Number of equal samples that the background's weights are worth.
+    samples: f64,
     overlap: f64,
 }
 
@@ -146,7 +174,11 @@ impl Share {
                 seen[*cell as usize] += 1.0;
             }
         }
-        let share = |cell: u32| 1.0 / surfaces.patches[cell as usize].count.max(1) as f64;
+        // Surface that one point of a cell stands for.
+        let share = |cell: u32| {
+            let patch = &surfaces.patches[cell as usize];
+            patch.area_m2 / patch.count.max(1) as f64
+        };
         let mut novelties = Vec::with_capacity(side.novelties.len());
         for points in side.novelties {
             let mut mass = 0.0;
@@ -161,27 +193,33 @@ impl Share {
         }
         let mut places = Vec::new();
         let mut weights = Vec::new();
-        let mut surface_m2 = 0.0;
-        for (patch, n) in surfaces.patches.iter().zip(&seen) {
+        let mut unsure = (Vec::new(), Vec::new());
+        for (cell, n) in seen.iter().enumerate() {
+            let patch = &surfaces.patches[cell];
+            let place = side.reference_from_own * patch.mean;
             if *n > 0.0 {
-                let weight = n / patch.count as f64;
-                let range_m = (patch.mean - side.own.view.origin).norm();
-                // A cell stands for its own face, or for the gap between rays where they are sparse.
-                let face_m = surfaces.cell_m.max(side.own.rays.spacing_rad * range_m);
-                surface_m2 += weight * face_m * face_m;
-                places.push(side.reference_from_own * patch.mean);
-                weights.push(weight);
+                places.push(place);
+                weights.push(n * share(cell as u32));
+            }
+            if *n < patch.count as f64 {
+                unsure.0.push(place);
+                unsure
+                    .1
+                    .push(patch.area_m2 - n.max(0.0) * share(cell as u32));
             }
         }
         let background: f64 = weights.iter().sum();
-        let known: f64 = background + novelties.iter().sum::<f64>();
+        let squares: f64 = weights.iter().map(|w| w * w).sum();
+        let known = background + novelties.iter().sum::<f64>();
+        let all: f64 = surfaces.patches.iter().map(|p| p.area_m2).sum();
         Self {
+            samples: background * background / squares.max(f64::MIN_POSITIVE),
             places,
             weights,
+            unsure,
             background,
             novelties,
-            surface_m2,
-            overlap: known / (surfaces.patches.len() as f64).max(1.0),
+            overlap: known / all.max(f64::MIN_POSITIVE),
         }
     }
 
@@ -196,7 +234,7 @@ impl Share {
             &self.places,
             Some(&self.weights),
             Unexplained::Listed(&[]),
-            &RefitSettings::default(),
+            &one_step(),
         )?;
         let mut weights = told.mixture.weights;
         weights.truncate(told.frozen);
@@ -204,11 +242,66 @@ impl Share {
     }
 }
 
+/// The mixture as a view with all the noise of both would see it. Against shapes thinner than its noise
+/// a revisit's points would go to whichever neighbour is thick enough.
+fn widened(mixture: &Mixture, reference: &Prepared, current: &Prepared) -> Mixture {
+    let mut wide = mixture.clone();
+    for g in &mut wide.components {
+        let range_m = (g.mean - reference.view.origin).norm();
+        let sigma_m = reference
+            .noise
+            .sigma_m(range_m)
+            .hypot(current.noise.sigma_m(range_m));
+        g.covariance += Matrix3::identity() * sigma_m.powi(2);
+    }
+    wide
+}
+
+/// One M step from the reference's weights: each place is shared out as the reference would. More
+/// steps let overlapping components take weight from one another for no reason of the scene.
+pub fn one_step() -> RefitSettings {
+    RefitSettings {
+        em: EmSettings {
+            iterations: 1,
+            tolerance: 0.0,
+            ..RefitSettings::default().em
+        },
+        ..RefitSettings::default()
+    }
+}
+
+/// For each component, the weight of surface that one view or the other did not surely see. A
+/// component's visible weights may differ by that much without any change.
+fn unsure_weights(mixture: &Mixture, sides: &[Share; 2]) -> Result<Vec<f64>, NoveltyError> {
+    let places: Vec<Point3<f64>> = sides.iter().flat_map(|s| s.unsure.0.clone()).collect();
+    if places.is_empty() {
+        return Ok(vec![0.0; mixture.len()]);
+    }
+    // In shares of each side's own background, so that they compare with its weights.
+    let weights: Vec<f64> = sides
+        .iter()
+        .flat_map(|s| s.unsure.1.iter().map(|w| w / s.background))
+        .collect();
+    let total: f64 = weights.iter().sum();
+    let told = refit(
+        mixture,
+        &places,
+        Some(&weights),
+        Unexplained::Listed(&[]),
+        &one_step(),
+    )?;
+    Ok(told.mixture.weights[..told.frozen]
+        .iter()
+        .map(|w| w * total)
+        .collect())
+}
+
 /// Where two weights of a component differ by no more than two samples of one and the same weight
 /// would, both take their common value. The scatter of samples is measured on the components
 /// themselves (its median; neighbouring cells are not independent), so that no threshold of size enters.
 fn explained_by_sampling(
     weights: [Vec<f64>; 2],
+    unsure: &[f64],
     masses: [f64; 2],
     settings: &QuantifySettings,
 ) -> [Vec<f64>; 2] {
@@ -225,7 +318,8 @@ fn explained_by_sampling(
             if pooled[k] * masses[0].min(masses[1]) < 1.0 {
                 0.0
             } else {
-                (then[k] - now[k]).powi(2) / variance
+                let beyond = (then[k] - now[k]).abs() - unsure[k];
+                beyond.max(0.0).powi(2) / variance
             }
         })
         .collect();
@@ -260,66 +354,6 @@ fn explained_by_sampling(
     [then, now]
 }
 
-/// Who has mass left and who lacks it once common mass stays where it is. All ground distances are
-/// metrics, so that leaving common mass in place costs nothing and the EMD stays exact.
-#[derive(Default)]
-struct Ledger {
-    surplus: Mixture,
-    from: Vec<Option<(usize, usize)>>,
-    lack: Mixture,
-    to: Vec<Option<(usize, usize)>>,
-}
-
-impl Ledger {
-    /// Enters a component with its masses in reference and revisit, and the novelty that owns it.
-    fn enter(
-        &mut self,
-        g: crate::mixture::Gaussian,
-        masses: [f64; 2],
-        owner: Option<(usize, usize)>,
-    ) {
-        let difference = masses[0] - masses[1];
-        // Below rounding of masses that sum to one, nothing moves.
-        if difference > 1e-12 {
-            self.surplus.components.push(g);
-            self.surplus.weights.push(difference);
-            self.from.push(owner);
-        } else if difference < -1e-12 {
-            self.lack.components.push(g);
-            self.lack.weights.push(-difference);
-            self.to.push(owner);
-        }
-    }
-
-    fn settle(&self, ground: Ground, balance: &mut Balance) -> Result<(), NoveltyError> {
-        let moved: f64 = self.surplus.weights.iter().sum();
-        if moved <= 0.0 || self.lack.is_empty() {
-            return Ok(());
-        }
-        let solved = emd(&self.surplus, &self.lack, ground)?;
-        for flow in &solved.plan {
-            let cost = moved * flow.mass * flow.distance;
-            balance.d += cost;
-            let owners: Vec<(usize, usize)> = [self.from[flow.from], self.to[flow.to]]
-                .into_iter()
-                .flatten()
-                .collect();
-            if owners.is_empty() {
-                balance.rest += cost;
-            }
-            for (side, index) in &owners {
-                let part = cost / owners.len() as f64;
-                if *side == 0 {
-                    balance.disappeared[*index].1 += part;
-                } else {
-                    balance.appeared[*index].1 += part;
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::{QuantifySettings, explained_by_sampling};
@@ -338,12 +372,13 @@ mod tests {
         };
         let (a, mut b) = (sample(), sample());
         let settings = QuantifySettings::default();
-        let [then, now] = explained_by_sampling([a.clone(), b.clone()], [n, n], &settings);
+        let [then, now] =
+            explained_by_sampling([a.clone(), b.clone()], &[0.0; 100], [n, n], &settings);
         assert!(then.iter().zip(&now).all(|(t, n)| (t - n).abs() < 1e-15));
         b[7] *= 2.0;
         let sum: f64 = b.iter().sum();
         b.iter_mut().for_each(|w| *w /= sum);
-        let [then, now] = explained_by_sampling([a, b], [n, n], &settings);
+        let [then, now] = explained_by_sampling([a, b], &[0.0; 100], [n, n], &settings);
         assert!(now[7] > 1.8 * then[7]);
         assert!((now.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }

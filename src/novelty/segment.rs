@@ -92,9 +92,8 @@ fn connect(own: &Prepared, members: &[usize], settings: &SegmentSettings) -> Vec
         });
     }
     let mut parts: Vec<Vec<usize>> = vec![Vec::new(); places.len()];
-    for i in 0..places.len() {
-        let lead = root(&mut parent, i);
-        parts[lead].push(members[i]);
+    for (i, member) in members.iter().enumerate() {
+        parts[root(&mut parent, i)].push(*member);
     }
     parts.retain(|part| !part.is_empty());
     parts

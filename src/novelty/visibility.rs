@@ -9,6 +9,9 @@ use crate::geometry::{NoiseLaw, Patch, Pose, Registration};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
+/// Deviations below this many sigmas are not looked into further: no setting grows from so little.
+const SURELY_SAME: f64 = 2.0;
+
 /// What the other view says about a point's place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sight {
@@ -123,7 +126,7 @@ impl Judge<'_> {
             registration_m,
         );
         let z_nearest = gap / sigma;
-        if z_nearest <= 1.0 && z <= 1.0 {
+        if z_nearest <= SURELY_SAME && z <= SURELY_SAME {
             return Evidence::none(if hidden { Sight::Hidden } else { Sight::Same });
         }
         let z_surface = self.off_surface(&p, &d, noise_m, registration_m);

@@ -1,6 +1,12 @@
 //! Takes a view and a waypoint's reference, gives the inspection: the whole corridor in one call, and its
 //! report in the contract's words.
 
+mod inspect;
 mod record;
+mod report;
+mod settings;
 
-pub use record::{NoveltyRecord, ShapeRecord};
+pub use inspect::{Inspection, Stage, inspect, prepare};
+pub use record::{MethodsRecord, NoveltyRecord, ShapeRecord};
+pub use report::{PoseCorrection, Report, SideReport};
+pub use settings::EngineSettings;

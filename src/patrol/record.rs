@@ -207,6 +207,7 @@ mod tests {
             kind: Kind::Appeared,
             moved_from: None,
             points: vec![1, 2, 3],
+            places: Vec::new(),
             moments: Gaussian {
                 mean: Point3::new(1.0, 2.0, 3.0),
                 covariance: Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0)),

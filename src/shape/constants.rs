@@ -109,11 +109,41 @@ pub(super) const MOST_CONSENSUS_POINTS: usize = 2000;
 pub(super) const NORMAL_NEIGHBOURS: usize = 12;
 /// Fits of one class and cost whose centres lie closer are the same, metres.
 pub(super) const SAME_ANSWER_M: f64 = 2e-3;
+/// Sine of the elevation over a cylinder's cap from which it is in full sight; 10 deg, below which
+/// lasers hardly see a surface.
+pub(super) const CAP_IN_SIGHT_SIN: f64 = 0.17;
 /// Prior precision of every fitted parameter (units: spreads, radians, logarithms): keeps what
 /// the data leave open finite, at ten units.
 pub(super) const PRIOR_PRECISION: f64 = 1e-2;
 /// Cosine of the azimuth below which a tilt sweep's density 1/cos stops growing.
 pub(super) const LEAST_AZIMUTH_COS: f64 = 0.05;
+
+// Search of consensus (after Schnabel et al. 2007, section 4; counts chosen for 1e2-1e5 points).
+
+/// Draws between two looks at the candidates.
+pub(super) const BATCH: usize = 64;
+/// Draws per primitive at most.
+pub(super) const MOST_DRAWS: usize = 40_000;
+/// Points of the first subset on which a candidate is scored.
+pub(super) const FIRST_SUBSET: usize = 128;
+/// Points after which a score is certain enough to choose by.
+pub(super) const ENOUGH: usize = 4096;
+/// Candidates kept between batches.
+pub(super) const MOST_CANDIDATES: usize = 64;
+/// A simpler class with this share of the inliers is preferred.
+pub(super) const SIMPLER_SHARE: f64 = 0.97;
+/// Radii beyond this many diagonals of the cloud are planes.
+pub(super) const LARGEST_DIAGONALS: f64 = 3.0;
+/// Least semi-axis, metres: keeps flat components invertible.
+pub(super) const LEAST_AXIS_M: f64 = 1e-4;
+/// Draws per sample at most; components hidden inside others give none.
+pub(super) const DRAWS_PER_SAMPLE: usize = 50;
+/// Gauss-Newton steps at most; starts are close, so it settles in a few.
+pub(super) const MOST_STEPS: usize = 12;
+/// Step of the numerical derivatives; parameters are of order one.
+pub(super) const STEP: f64 = 1e-6;
+/// Primitives sought for one answer: the largest is mostly the first, not always.
+pub(super) const ANSWERS: usize = 2;
 
 #[cfg(test)]
 mod tests {

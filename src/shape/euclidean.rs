@@ -1,18 +1,15 @@
 //! Method A: primitives by consensus, of the novelty's points or of samples on its ellipsoids.
 
 use super::constants::{
-    CONNECTED_M, CONSENSUS_ANGLE_RAD, CONSENSUS_EPSILON_SHARE, LEAST_PART_SHARE, LEAST_POINTS,
-    MOST_CONSENSUS_POINTS, NORMAL_NEIGHBOURS, ROUGHNESS_SHARE,
+    ANSWERS, CONSENSUS_EPSILON_SHARE, LEAST_NOISE_M, MOST_CONSENSUS_POINTS, NORMAL_NEIGHBOURS,
+    ROUGHNESS_SHARE,
 };
 use super::model::{Alternative, Class, Method, Shape};
 use super::primitive::Primitive;
 use super::ransac::{Detected, RansacSettings, detect, estimate_normals, surface_samples};
 use super::settings::{RansacSource, ShapeSettings};
 use crate::mixture::{Gaussian, Mixture};
-use nalgebra::Point3;
-
-/// Primitives sought for one answer: the largest is mostly the first, not always.
-const ANSWERS: usize = 2;
+use nalgebra::{Point3, Vector3};
 
 /// Method A's answer: the primitive with most inliers, its probability their share. `None` if no
 /// primitive has enough.
@@ -28,15 +25,17 @@ pub(super) fn by_consensus(
         RansacSource::Ellipsoids { samples, scale } if !mixture.is_empty() => {
             let (points, normals) = surface_samples(mixture, samples, scale, seed);
             let epsilon_m = CONSENSUS_EPSILON_SHARE * spread_m(&points);
-            let chosen = settings
-                .ransac
-                .unwrap_or(derived(&points, epsilon_m, ANSWERS));
+            let chosen = settings.ransac.unwrap_or(RansacSettings::derived(
+                points.len(),
+                epsilon_m,
+                ANSWERS,
+            ));
             (points.len(), detect(&points, &normals, &chosen, seed))
         }
         _ => {
             let stride = points.len().div_ceil(MOST_CONSENSUS_POINTS).max(1);
             let points: Vec<_> = points.iter().step_by(stride).copied().collect();
-            let found = on_points(&points, sensor, noise_m, settings, ANSWERS, seed);
+            let found = on_points(&points, None, sensor, noise_m, settings, ANSWERS, seed);
             (points.len(), found)
         }
     };
@@ -70,18 +69,26 @@ pub(super) fn by_consensus(
     Some(shape)
 }
 
-/// Several primitives with disjoint points, most points first; empty unless there are two at least.
-pub(super) fn parts(
+/// All primitives of a segmented cloud, with disjoint points, most points first; a probability
+/// here is a primitive's share of the points. `normals[i]` is the unit normal of `points[i]`;
+/// `None` estimates them from the neighbours. Points (metres) that are not finite take no part.
+/// Empty if no primitive has enough points.
+pub fn primitives(
     points: &[Point3<f64>],
-    sensor: &Point3<f64>,
-    noise_m: f64,
+    normals: Option<&[Vector3<f64>]>,
+    sensor_origin: &Point3<f64>,
     settings: &ShapeSettings,
     seed: u64,
 ) -> Vec<Shape> {
-    let mut found = on_points(points, sensor, noise_m, settings, usize::MAX, seed);
-    if found.len() < 2 {
-        return Vec::new();
-    }
+    let finite = |p: &Point3<f64>| p.iter().all(|v| v.is_finite());
+    let normals = normals.filter(|n| n.len() == points.len());
+    let kept: Vec<usize> = (0..points.len()).filter(|&i| finite(&points[i])).collect();
+    let own: Vec<_> = kept.iter().map(|&i| points[i]).collect();
+    let normals: Option<Vec<_>> = normals.map(|n| kept.iter().map(|&i| n[i]).collect());
+    let range_m = Gaussian::of_points(&own).map_or(0.0, |g| (g.mean - sensor_origin).norm());
+    let noise_m = settings.noise.sigma_m(range_m).max(LEAST_NOISE_M);
+    let most = usize::MAX;
+    let mut found = on_points(&own, normals, sensor_origin, noise_m, settings, most, seed);
     found.sort_by_key(|d| std::cmp::Reverse(d.inliers.len()));
     found
         .iter()
@@ -89,10 +96,11 @@ pub(super) fn parts(
             let own: Vec<_> = d
                 .inliers
                 .iter()
-                .filter_map(|&i| points.get(i))
+                .filter_map(|&i| own.get(i))
                 .copied()
                 .collect();
-            let mut shape = worded(&d.primitive, &own, sensor, settings.independent_share);
+            let share = settings.independent_share;
+            let mut shape = worded(&d.primitive, &own, sensor_origin, share);
             shape.probability = own.len() as f64 / points.len().max(1) as f64;
             shape
         })
@@ -101,6 +109,7 @@ pub(super) fn parts(
 
 fn on_points(
     points: &[Point3<f64>],
+    normals: Option<Vec<Vector3<f64>>>,
     sensor: &Point3<f64>,
     noise_m: f64,
     settings: &ShapeSettings,
@@ -108,20 +117,11 @@ fn on_points(
     seed: u64,
 ) -> Vec<Detected> {
     let epsilon_m = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread_m(points));
-    let chosen = settings.ransac.unwrap_or(derived(points, epsilon_m, most));
-    let normals = estimate_normals(points, sensor, NORMAL_NEIGHBOURS);
+    let chosen = settings
+        .ransac
+        .unwrap_or(RansacSettings::derived(points.len(), epsilon_m, most));
+    let normals = normals.unwrap_or_else(|| estimate_normals(points, sensor, NORMAL_NEIGHBOURS));
     detect(points, &normals, &chosen, seed)
-}
-
-fn derived(points: &[Point3<f64>], epsilon_m: f64, most: usize) -> RansacSettings {
-    RansacSettings {
-        epsilon_m,
-        normal_angle_rad: CONSENSUS_ANGLE_RAD,
-        min_points: LEAST_POINTS.max((points.len() as f64 * LEAST_PART_SHARE).ceil() as usize),
-        probability: 0.99,
-        most,
-        cell_m: Some(CONNECTED_M),
-    }
 }
 
 /// Standard deviation over all directions, metres.

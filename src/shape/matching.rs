@@ -1,6 +1,7 @@
 //! Covariance matching as least squares (Eq. 10-13, made well-posed): a primitive's visible
 //! moments against the observed ones, and its surface against the points.
 
+use super::constants::STEP;
 use super::constants::{
     LEAST_NOISE_M, LOG_NOISE_SD, LOG_VARIANCE_MISFIT, MEAN_MISFIT, MOMENT_FLOOR_M, OUTLIER_SIGMAS,
     PRIOR_PRECISION,
@@ -16,8 +17,6 @@ use nalgebra::{DMatrix, DVector, Dyn, Matrix3, Owned, Point3, Vector3};
 const MOMENT_RESIDUALS: usize = 10;
 /// A residual vector that no sane parameters reach.
 const REFUSED: f64 = 1e4;
-/// Step of the numerical derivatives; parameters are of order one.
-const STEP: f64 = 1e-6;
 
 /// How the points judge a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -24,6 +24,7 @@ mod settings;
 #[cfg(test)]
 mod trials;
 
+pub use euclidean::primitives;
 pub use model::{Alternative, Class, Method, Retrieval, Shape};
 pub use moments::surface_moments;
 pub use primitive::{Cylinder, Plane, Primitive, Sphere};

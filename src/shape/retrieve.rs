@@ -2,7 +2,7 @@
 
 use super::constants::{LEAST_NOISE_M, LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SHARE};
 use super::covariance::{Candidate, candidates};
-use super::euclidean::{by_consensus, parts};
+use super::euclidean::{by_consensus, primitives};
 use super::lengths::measured;
 use super::model::{Alternative, Class, Method, Retrieval, Shape};
 use super::settings::{Choice, ShapeSettings};
@@ -83,10 +83,12 @@ pub fn retrieve(
     })?;
     let expected = noise_m.hypot(ROUGHNESS_SHARE * own.covariance.trace().max(0.0).sqrt());
     let parts = if best.residual_m > settings.parts_above * expected {
-        parts(points, sensor_origin, noise_m, settings, seed)
+        primitives(points, None, sensor_origin, settings, seed)
     } else {
         Vec::new()
     };
+    // One part is no explanation by parts.
+    let parts = if parts.len() < 2 { Vec::new() } else { parts };
     Ok(Retrieval {
         best,
         covariance,

@@ -2,7 +2,7 @@
 
 use super::quadrature::{Patch, circle, interval};
 use super::{perpendicular, rotation_with_third};
-use crate::shape::constants::BOUNDS;
+use crate::shape::constants::{BOUNDS, CAP_IN_SIGHT_SIN};
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
 
 /// A cylinder of finite length.
@@ -43,10 +43,17 @@ impl Cylinder {
         let mantle = away.norm() - self.radius_m;
         let (sensor_height, sensor_away) = self.split(sensor);
         let half = self.length_m / 2.0;
-        if sensor_height.abs() > half {
+        let over = sensor_height.abs() - half;
+        if over > 0.0 {
             let cap = height * sensor_height.signum() - half;
-            let mantle_hidden = sensor_away.norm() <= self.radius_m;
-            if mantle_hidden || (cap.abs() < mantle.abs() && mantle < 0.0) {
+            if sensor_away.norm() <= self.radius_m {
+                return cap;
+            }
+            // A cap seen at a grazing angle takes points only gradually: the distance must not
+            // jump where it comes into sight.
+            let distance = (sensor - self.centre).norm();
+            let cap = cap / (over / (CAP_IN_SIGHT_SIN * distance)).clamp(1e-6, 1.0);
+            if mantle < 0.0 && cap.abs() < -mantle {
                 return cap;
             }
         }

@@ -6,6 +6,10 @@ use super::cells::Cells;
 use super::connect::largest_patch;
 use super::normals::spacing_m;
 use super::refit::refitted;
+use crate::shape::constants::{
+    BATCH, CONNECTED_M, CONSENSUS_ANGLE_RAD, ENOUGH, FIRST_SUBSET, LARGEST_DIAGONALS,
+    LEAST_PART_SHARE, LEAST_POINTS, MOST_CANDIDATES, MOST_DRAWS, SIMPLER_SHARE,
+};
 use crate::shape::primitive::{Plane, Primitive, Sphere};
 use nalgebra::{Point3, Rotation3, Vector3};
 use rand::seq::SliceRandom;
@@ -30,6 +34,22 @@ pub struct RansacSettings {
     pub cell_m: Option<f64>,
 }
 
+impl RansacSettings {
+    /// What suits one novelty of `points` points: parts of a twelfth of them at least, found with
+    /// 99 % probability, at most `most` of them.
+    pub fn derived(points: usize, epsilon_m: f64, most: usize) -> Self {
+        let share = (points as f64 * LEAST_PART_SHARE).ceil() as usize;
+        Self {
+            epsilon_m,
+            normal_angle_rad: CONSENSUS_ANGLE_RAD,
+            min_points: share.max(LEAST_POINTS),
+            probability: 0.99,
+            most,
+            cell_m: Some(CONNECTED_M),
+        }
+    }
+}
+
 /// A primitive and the points that lie on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detected {
@@ -38,21 +58,6 @@ pub struct Detected {
     /// Indices of its points, rising.
     pub inliers: Vec<usize>,
 }
-
-/// Draws between two looks at the candidates.
-const BATCH: usize = 64;
-/// Draws per primitive at most.
-const MOST_DRAWS: usize = 40_000;
-/// Points of the first subset on which a candidate is scored.
-const FIRST_SUBSET: usize = 128;
-/// Points after which a score is certain enough to choose by.
-const ENOUGH: usize = 4096;
-/// Candidates kept between batches.
-const MOST_CANDIDATES: usize = 64;
-/// A simpler class with this share of the inliers is preferred.
-const SIMPLER_SHARE: f64 = 0.97;
-/// Radii beyond this many diagonals of the cloud are planes.
-const LARGEST_DIAGONALS: f64 = 3.0;
 
 struct Candidate {
     primitive: Primitive,

@@ -1,15 +1,11 @@
 //! Samples on the surfaces of a mixture's ellipsoids (section IV.A, Eq. 8-9).
 
 use crate::mixture::Mixture;
+use crate::shape::constants::{DRAWS_PER_SAMPLE, LEAST_AXIS_M};
 use nalgebra::{Matrix3, Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, UnitSphere};
-
-/// Least semi-axis, metres: keeps flat components invertible.
-const LEAST_AXIS_M: f64 = 1e-4;
-/// Draws per sample at most; components hidden inside others give none.
-const DRAWS_PER_SAMPLE: usize = 50;
 
 struct Ellipsoid {
     mean: Point3<f64>,

@@ -2,11 +2,9 @@
 
 use super::candidate::flat;
 use crate::mixture::Gaussian;
+use crate::shape::constants::MOST_STEPS;
 use crate::shape::primitive::{Cylinder, Plane, Primitive, Sphere, perpendicular};
 use nalgebra::{Point3, Rotation3, SMatrix, SVector, Unit, Vector2, Vector3, Vector4, Vector5};
-
-/// Gauss-Newton steps at most; starts are close, so it settles in a few.
-const STEPS: usize = 12;
 
 /// The primitive that minimises the squared distances of `points`, starting from `primitive`.
 /// Extents are those of the points. The start itself if the points do not determine it.
@@ -34,7 +32,7 @@ pub(super) fn refitted(primitive: &Primitive, points: &[Point3<f64>]) -> Primiti
 
 fn sphere(start: &Sphere, points: &[Point3<f64>]) -> Sphere {
     let mut s = *start;
-    for _ in 0..STEPS {
+    for _ in 0..MOST_STEPS {
         let rows = points.iter().filter_map(|p| {
             let n = s.normal_at(p)?;
             Some((Vector4::new(-n.x, -n.y, -n.z, -1.0), s.distance_m(p)))
@@ -53,7 +51,7 @@ fn sphere(start: &Sphere, points: &[Point3<f64>]) -> Sphere {
 
 fn cylinder(start: &Cylinder, points: &[Point3<f64>]) -> Cylinder {
     let mut c = *start;
-    for _ in 0..STEPS {
+    for _ in 0..MOST_STEPS {
         let e1 = perpendicular(&c.axis);
         let e2 = c.axis.cross(&e1);
         // Moves of the centre along e1, e2; turns of the axis towards e1, e2; the radius.

@@ -1,0 +1,35 @@
+//! From the configuration's few knobs to the engine's settings.
+
+use super::settings::{EngineMode, Settings};
+use crate::patrol::EngineSettings;
+use crate::shape::Choice;
+
+impl EngineMode {
+    /// The word of the configuration and of JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Standard => "standard",
+            Self::Paper => "paper",
+        }
+    }
+}
+
+impl Settings {
+    /// The engine's settings at a waypoint, or those of no waypoint in particular.
+    pub fn engine(&self, waypoint: Option<&str>) -> EngineSettings {
+        let mut engine = match self.novelty.engine {
+            EngineMode::Standard => EngineSettings::standard(),
+            EngineMode::Paper => EngineSettings::paper(),
+        };
+        engine.novelty.quantify.ground = self.novelty.ground;
+        engine.novelty.max_range_m = self.novelty.max_range_m;
+        engine.novelty.u_th_m = self.u_th(waypoint);
+        engine.novelty.u_th_fm = self.u_th(waypoint);
+        engine.shape.choice = match self.shape.method.as_str() {
+            "covariance" => Choice::Covariance,
+            "ransac" => Choice::Ransac,
+            _ => Choice::Auto,
+        };
+        engine
+    }
+}

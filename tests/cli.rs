@@ -1,0 +1,18 @@
+//! The command line as a contract: the built program, its exit codes, its JSON against `docs/schema`, its errors.
+
+mod common;
+
+#[path = "cli/bad_input.rs"]
+mod bad_input;
+#[path = "cli/commands.rs"]
+mod commands;
+#[path = "cli/compare.rs"]
+mod compare;
+#[path = "cli/configuration.rs"]
+mod configuration;
+#[path = "cli/log.rs"]
+mod log;
+#[path = "cli/manifest.rs"]
+mod manifest;
+#[path = "cli/schemas.rs"]
+mod schemas;

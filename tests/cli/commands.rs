@@ -1,0 +1,151 @@
+//! The commands on recorded files, and what all commands share.
+
+use crate::common::clouds::{self, CRATE};
+use crate::common::program::{command, patrold};
+use crate::common::schema;
+use std::fs;
+use std::io::Read as _;
+use std::process::Stdio;
+
+#[test]
+fn fit_writes_a_mixture_that_fit_and_distance_read() {
+    let dir = clouds::folder();
+    let ran = patrold(
+        dir.path(),
+        &[
+            "fit",
+            "now.ply",
+            "--components",
+            "12",
+            "--seed",
+            "3",
+            "--json",
+        ],
+    );
+    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+    let fitted = ran.json();
+    schema::check("fit", &fitted);
+    schema::check("mixture", &fitted);
+    assert_eq!(fitted["weights"].as_array().map(Vec::len), Some(12));
+    fs::write(dir.path().join("a.json"), &ran.out).expect("written");
+
+    let ran = patrold(
+        dir.path(),
+        &[
+            "fit",
+            "now.ply",
+            "--init",
+            "a.json",
+            "--iterations",
+            "3",
+            "--json",
+        ],
+    );
+    let again = ran.json();
+    schema::check("fit", &again);
+    assert_eq!(again["iterations"], 3);
+    fs::write(dir.path().join("b.json"), &ran.out).expect("written");
+
+    for ground in ["w2", "euclid", "fm"] {
+        let ran = patrold(
+            dir.path(),
+            &[
+                "distance", "a.json", "b.json", "--ground", ground, "--repeat", "3", "--json",
+            ],
+        );
+        assert_eq!(ran.code, 0, "{ran:?}");
+        let json = ran.json();
+        schema::check("distance", &json);
+        let plan = json["plan"].as_array().expect("a plan");
+        let mass: f64 = plan.iter().filter_map(|flow| flow[2].as_f64()).sum();
+        assert!((mass - 1.0).abs() < 1e-9, "{mass}");
+        let same = patrold(
+            dir.path(),
+            &["distance", "a.json", "a.json", "--ground", ground, "--json"],
+        )
+        .json();
+        schema::check("distance", &same);
+        assert!(same["d"].as_f64().is_some_and(|d| d < 1e-6), "{same}");
+    }
+}
+
+#[test]
+fn fit_splits_until_flat_where_no_number_is_given() {
+    let dir = clouds::folder();
+    let ran = patrold(dir.path(), &["fit", "then.ply", "--json", "--threads", "2"]);
+    schema::check("fit", &ran.json());
+    assert_eq!(ran.code, 0);
+}
+
+#[test]
+fn shapes_tells_what_a_segmented_cloud_is() {
+    let dir = clouds::folder();
+    let crate_points: Vec<_> = clouds::room(&[CRATE], 3)
+        .into_iter()
+        .filter(|p| clouds::on(&CRATE, p))
+        .collect();
+    clouds::write(&dir.path().join("crate.ply"), &crate_points);
+    for extra in [
+        &[][..],
+        &["--method", "ransac"],
+        &["--method", "covariance"],
+        &["--points", "--epsilon", "0.02"],
+    ] {
+        let ran = patrold(
+            dir.path(),
+            &[&["shapes", "crate.ply", "--json"], extra].concat(),
+        );
+        assert_eq!((ran.code, ran.err.as_str()), (0, ""), "{extra:?}");
+        let json = ran.json();
+        schema::check("shapes", &json);
+        assert_eq!(json["points"], crate_points.len());
+    }
+}
+
+#[test]
+fn help_and_version_are_there() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let version = patrold(dir.path(), &["--version"]);
+    assert_eq!(
+        (version.code, version.out),
+        (0, format!("patrold {}\n", env!("CARGO_PKG_VERSION")))
+    );
+    for args in [
+        &["--help"][..],
+        &["-h"],
+        &["compare", "--help"],
+        &["alarms", "list", "-h"],
+    ] {
+        let help = patrold(dir.path(), args);
+        assert_eq!(help.code, 0, "{args:?}");
+        assert!(help.out.contains("Usage: patrold"), "{}", help.out);
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_failure() {
+    let dir = clouds::folder();
+    for args in [
+        &["compare", "then.ply", "now.ply", "--json"][..],
+        &["config", "show"],
+        &["fit", "then.ply", "--json"],
+    ] {
+        let mut child = command(dir.path(), args)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        drop(child.stdout.take());
+        let mut told = String::new();
+        child
+            .stderr
+            .take()
+            .expect("piped")
+            .read_to_string(&mut told)
+            .expect("UTF-8");
+        let status = child.wait().expect("ends");
+        assert_eq!(told, "", "{args:?}");
+        let expected = if args[0] == "compare" { 10 } else { 0 };
+        assert_eq!(status.code(), Some(expected), "{args:?}");
+    }
+}

@@ -1,0 +1,128 @@
+//! `config check` and `config show`, and the layers that other commands run under.
+
+use crate::common::clouds;
+use crate::common::program::patrold;
+use crate::common::schema;
+use serde_json::{Value, json};
+use std::fs;
+use std::path::Path;
+
+fn folder(text: &str) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().expect("temp dir");
+    fs::write(dir.path().join("c.toml"), text).expect("written");
+    dir
+}
+
+#[test]
+fn a_valid_file_is_said_to_be() {
+    let dir = folder("");
+    let ran = patrold(
+        dir.path(),
+        &["config", "check", "--config", "c.toml", "--json"],
+    );
+    assert_eq!(ran.code, 0);
+    schema::check("config-check", &ran.json());
+    assert_eq!(
+        ran.json(),
+        json!({"valid": true, "files": ["c.toml"], "mistakes": []})
+    );
+    let ran = patrold(dir.path(), &["config", "check", "--config", "c.toml"]);
+    assert_eq!((ran.code, ran.out.as_str()), (0, "valid: c.toml\n"));
+}
+
+#[test]
+fn the_shipped_file_is_valid_and_changes_nothing() {
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/patrold.toml");
+    let dir = folder("");
+    let path = shipped.to_string_lossy();
+    let ran = patrold(dir.path(), &["config", "check", "--config", &path]);
+    assert_eq!(ran.code, 0, "{ran:?}");
+}
+
+#[test]
+fn every_mistake_is_told_at_once() {
+    let dir = folder("[novelty]\nuth_m = 0.1\nground = \"l1\"\n[laser]\nport = 3\n");
+    let ran = patrold(
+        dir.path(),
+        &["config", "check", "--config", "c.toml", "--json"],
+    );
+    assert_eq!((ran.code, ran.err.as_str()), (2, ""));
+    let json = ran.json();
+    schema::check("config-check", &json);
+    assert_eq!(json["valid"], false);
+    let lines: Vec<&Value> = json["mistakes"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|m| &m["line"])
+        .collect();
+    assert_eq!(lines.len(), 3);
+    let ran = patrold(dir.path(), &["config", "check", "--config", "c.toml"]);
+    assert_eq!((ran.code, ran.out.as_str()), (2, ""));
+    let told: Vec<&str> = ran.err.lines().collect();
+    assert_eq!(told.len(), 3, "{told:?}");
+    assert!(
+        told.iter().all(|line| line.starts_with("patrold: c.toml:")),
+        "{told:?}"
+    );
+    assert!(
+        ran.err
+            .contains("patrold: c.toml:2: unknown key novelty.uth_m; did you mean novelty.u_th_m?")
+    );
+}
+
+#[test]
+fn show_says_where_each_value_came_from() {
+    let dir = folder("novelty.u_th_m = 0.003\n[waypoint.hall]\nu_th_m = 0.004\n");
+    fs::create_dir(dir.path().join("c.d")).expect("folder");
+    fs::write(dir.path().join("c.d/1.toml"), "[log]\nlevel = \"debug\"\n").expect("written");
+    let ran = patrold(
+        dir.path(),
+        &["config", "show", "--config", "c.toml", "--json"],
+    );
+    assert_eq!(ran.code, 0, "{ran:?}");
+    let json = ran.json();
+    schema::check("config-show", &json);
+    assert_eq!(json["files"], json!(["c.toml", "c.d/1.toml"]));
+    let of = |key: &str| {
+        let all = json["settings"].as_array().expect("a list");
+        let one = all.iter().find(|s| s["key"] == key);
+        one.unwrap_or_else(|| panic!("{key}")).clone()
+    };
+    assert_eq!(of("novelty.u_th_m")["value"], 0.003);
+    assert_eq!(of("novelty.u_th_m")["from"], "c.toml:1");
+    assert_eq!(of("log.level")["from"], "c.d/1.toml:2");
+    assert_eq!(of("novelty.ground")["from"], "default");
+    assert_eq!(of("waypoint.hall.u_th_m")["value"], 0.004);
+    let people = patrold(dir.path(), &["config", "show", "--config", "c.toml"]);
+    assert!(people.out.contains("novelty.u_th_m"), "{}", people.out);
+}
+
+#[test]
+fn flags_win_over_the_file() {
+    let dir = clouds::folder();
+    fs::write(
+        dir.path().join("c.toml"),
+        "[novelty]\nu_th_m = 0.25\n[mixture]\nseed = 3\n",
+    )
+    .expect("written");
+    let run = |extra: &[&str]| {
+        let args = [
+            &[
+                "compare",
+                "then.ply",
+                "again.ply",
+                "--json",
+                "--config",
+                "c.toml",
+            ],
+            extra,
+        ]
+        .concat();
+        patrold(dir.path(), &args).json()
+    };
+    let file = run(&[]);
+    assert_eq!((&file["u_th"], &file["seed"]), (&json!(0.25), &json!(3)));
+    let flags = run(&["--u-th", "0.5", "--seed", "4"]);
+    assert_eq!((&flags["u_th"], &flags["seed"]), (&json!(0.5), &json!(4)));
+}

@@ -1,0 +1,95 @@
+//! `compare --manifest`: many pairs, one line each, one exit code.
+
+use crate::common::clouds;
+use crate::common::program::{Ran, patrold};
+use crate::common::schema;
+use serde_json::{Value, json};
+use std::fs;
+use std::path::Path;
+
+fn pair(name: &str, reference: &str, current: &str) -> Value {
+    json!({"name": name, "reference": reference, "current": current})
+}
+
+fn run(dir: &Path, pairs: &[Value]) -> Ran {
+    let manifest = json!({"pairs": pairs, "units": "m", "truth": {"any": "thing"}});
+    fs::write(dir.join("pairs.json"), manifest.to_string()).expect("written");
+    patrold(dir, &["compare", "--manifest", "pairs.json", "--json"])
+}
+
+#[test]
+fn each_pair_has_a_line_in_order_and_one_failure_stops_none() {
+    let dir = clouds::folder();
+    let pairs = [
+        pair("noise", "then.ply", "again.ply"),
+        pair("lost", "then.ply", "nowhere.ply"),
+        pair("crate", "then.ply", "now.ply"),
+        pair("same", "then.ply", "then.ply"),
+    ];
+    let ran = run(dir.path(), &pairs);
+    assert_eq!(ran.code, 1, "{ran:?}");
+    let lines = ran.json_lines();
+    let names: Vec<&str> = lines.iter().filter_map(|l| l["name"].as_str()).collect();
+    assert_eq!(names, ["noise", "lost", "crate", "same"]);
+    for (line, form) in lines
+        .iter()
+        .zip(["compare", "compare-error", "compare", "compare"])
+    {
+        schema::check(form, line);
+    }
+    assert!(
+        lines[1]["error"]
+            .as_str()
+            .is_some_and(|e| e.contains("nowhere.ply")),
+        "{}",
+        lines[1]
+    );
+    assert_eq!(lines[2]["verdict"], "changed");
+}
+
+#[test]
+fn the_exit_code_is_the_gravest_of_the_verdicts() {
+    let dir = clouds::folder();
+    let same = pair("same", "then.ply", "then.ply");
+    let changed = pair("crate", "then.ply", "now.ply");
+    assert_eq!(run(dir.path(), std::slice::from_ref(&same)).code, 0);
+    assert_eq!(run(dir.path(), &[changed, same]).code, 10);
+    assert_eq!(run(dir.path(), &[]).code, 0);
+}
+
+#[test]
+fn paths_are_relative_to_the_manifest() {
+    let dir = clouds::folder();
+    let inner = dir.path().join("inner");
+    fs::create_dir(&inner).expect("folder");
+    let manifest = json!({"pairs": [{
+        "name": "crate", "reference": "../then.ply", "current": "../now.ply", "labels_out": "labels.txt",
+        "sensor_origin": [0, 0, 0], "nochange": false,
+    }]});
+    fs::write(inner.join("pairs.json"), manifest.to_string()).expect("written");
+    let ran = patrold(dir.path(), &["compare", "--manifest", "inner/pairs.json"]);
+    assert_eq!(ran.code, 10, "{ran:?}");
+    schema::check("compare", &ran.json());
+    let labels = fs::read_to_string(inner.join("labels.txt")).expect("beside the manifest");
+    assert!(labels.contains('1'));
+}
+
+#[test]
+fn a_line_of_a_manifest_is_the_line_of_the_pair_alone() {
+    let dir = clouds::folder();
+    let mut from_manifest = run(
+        dir.path(),
+        &[
+            pair("same", "then.ply", "again.ply"),
+            pair("now", "then.ply", "now.ply"),
+        ],
+    )
+    .json_lines()
+    .pop()
+    .expect("two lines");
+    let mut alone = patrold(dir.path(), &["compare", "then.ply", "now.ply", "--json"]).json();
+    for json in [&mut from_manifest, &mut alone] {
+        json.as_object_mut().expect("an object").remove("timing_ms");
+    }
+    assert_eq!(from_manifest, alone);
+}

@@ -1,0 +1,36 @@
+//! The schemas themselves.
+
+use crate::common::schema;
+
+#[test]
+fn every_schema_is_one_and_is_named_after_its_file() {
+    for (name, text) in schema::all() {
+        assert!(jsonschema::meta::is_valid(&text), "{name}");
+        let id = format!("https://patrold.invalid/schema/{name}.json");
+        assert_eq!(text["$id"], serde_json::json!(id));
+    }
+}
+
+#[test]
+fn every_form_of_ours_is_closed() {
+    fn open(at: &str, value: &serde_json::Value, found: &mut Vec<String>) {
+        if let Some(object) = value.as_object() {
+            if object.get("type") == Some(&"object".into())
+                && !object.contains_key("additionalProperties")
+            {
+                found.push(at.to_owned());
+            }
+            for (key, inner) in object {
+                open(&format!("{at}/{key}"), inner, found);
+            }
+        }
+    }
+    for (name, text) in schema::all() {
+        // People's mixture files may carry keys of their own.
+        if name != "mixture" {
+            let mut found = Vec::new();
+            open(&name, &text, &mut found);
+            assert_eq!(found, [""; 0]);
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! The schemas of `docs/schema`, and JSON held against them.
+
+use jsonschema::{Registry, Resource};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/schema")
+}
+
+/// Every schema by its name.
+pub fn all() -> Vec<(String, Value)> {
+    let entries = fs::read_dir(folder()).expect("docs/schema is there");
+    let mut all: Vec<(String, Value)> = entries
+        .map(|entry| entry.expect("an entry").path())
+        .map(|path| {
+            let text = fs::read_to_string(&path).expect("readable");
+            let schema =
+                serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+            let name = path
+                .file_stem()
+                .expect("a name")
+                .to_string_lossy()
+                .into_owned();
+            (name, schema)
+        })
+        .collect();
+    all.sort_by(|a, b| a.0.cmp(&b.0));
+    all
+}
+
+/// Panics unless `value` is of the form called `name`.
+pub fn check(name: &str, value: &Value) {
+    let schemas = all();
+    let (_, schema) = schemas
+        .iter()
+        .find(|(n, _)| n == name)
+        .unwrap_or_else(|| panic!("docs/schema/{name}.json is missing"));
+    let uri = |name: &str| format!("https://patrold.invalid/schema/{name}.json");
+    let mut registry = Registry::new();
+    for (other, text) in &schemas {
+        registry = registry
+            .add(uri(other), Resource::from_contents(text.clone()))
+            .expect("a schema");
+    }
+    let registry = registry.prepare().expect("schemas agree");
+    let validator = jsonschema::options()
+        .with_registry(&registry)
+        .build(schema)
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
+    let wrong: Vec<String> = validator
+        .iter_errors(value)
+        .map(|error| format!("{}: {error}", error.instance_path()))
+        .collect();
+    assert!(
+        wrong.is_empty(),
+        "not of the form {name}:\n{}\n{value}",
+        wrong.join("\n")
+    );
+}
