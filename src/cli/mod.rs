@@ -12,6 +12,7 @@ mod devices;
 mod distance;
 mod emulate;
 mod failure;
+mod files;
 mod fit;
 mod output;
 mod progress;
