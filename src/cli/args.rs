@@ -2,8 +2,8 @@
 
 use super::failure::Outcome;
 use super::{
-    alarms, compare, config, devices, distance, emulate, fit, run as service, shapes, sweep, teach,
-    visit, waypoints,
+    alarms, compare, config, demo, devices, distance, emulate, fit, run as service, shapes, sweep,
+    teach, visit, waypoints,
 };
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -18,6 +18,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// The whole job with no hardware: emulated devices, three rounds, the log against the truth
+    Demo(demo::DemoArgs),
     /// The service: sweeps and judges on request, until stopped
     Run(service::RunArgs),
     /// Ask the running service: the robot stands at NAME, inspect it
@@ -49,6 +51,7 @@ enum Command {
 /// Runs the command; a failure is one line (or one per mistake) on standard error.
 pub fn run(cli: Cli) -> ExitCode {
     let outcome: Outcome = match &cli.command {
+        Command::Demo(args) => demo::run(args),
         Command::Run(args) => service::run(args),
         Command::Visit(args) => visit::run(args),
         Command::Teach(args) => teach::run(args),

@@ -7,6 +7,7 @@ mod client;
 mod clouds;
 mod compare;
 mod config;
+mod demo;
 mod devices;
 mod distance;
 mod emulate;
