@@ -2,10 +2,9 @@
 
 use super::failure::{DONE, Failure, Outcome};
 use super::{config, output, signals};
-use crate::config::{MountSettings, Settings};
+use crate::config::Settings;
 use crate::devices::{Cancel, Clock, NoteLevel, Station, SweepRequest};
 use crate::formats::write_ply;
-use crate::geometry::{Mount, RollPitchYaw};
 use crate::sweep::{Sweep, assemble};
 use clap::Args;
 use serde_json::json;
@@ -56,7 +55,7 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
         eprintln!("patrold: {}: {}", note.device, note.text);
     }
     let raw = taken.map_err(|error: crate::devices::DeviceError| Failure::failed(error))?;
-    assemble(&raw, &mount(&settings.mount)).map_err(Failure::failed)
+    assemble(&raw).map_err(Failure::failed)
 }
 
 /// Writes the cloud and says what it is worth. A sweep that must not be judged is written all the same, and a failure.
@@ -86,20 +85,4 @@ fn report(args: &SweepArgs, settings: &Settings, sweep: &Sweep) -> Outcome {
         None => Ok(DONE),
         Some(why) => Err(Failure::Failed(why)),
     }
-}
-
-/// The configured chain from base to laser.
-pub fn mount(settings: &MountSettings) -> Mount {
-    let [roll_rad, pitch_rad, yaw_rad] = settings.laser_rpy_rad;
-    Mount::new(
-        settings.pan_axis_m,
-        settings.tilt_axis_m,
-        settings.plate_m,
-        settings.laser_m,
-        RollPitchYaw {
-            roll_rad,
-            pitch_rad,
-            yaw_rad,
-        },
-    )
 }

@@ -15,6 +15,7 @@ use super::port_name::{Line, PortName};
 use super::report::{DevicesReport, HeadReport, LaserReport};
 use super::sweep_run::{PortNames, RunAction, SweepRun};
 use crate::config::{PtuSettings, Settings};
+use crate::geometry::Mount;
 use crate::sweep::RawSweep;
 use ptu::Axis;
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -39,6 +40,7 @@ pub struct Station {
     laser_port: PortName,
     head_port: PortName,
     ptu: PtuSettings,
+    mount: Mount,
     clock: Clock,
 }
 
@@ -118,6 +120,7 @@ impl Station {
             laser_port,
             head_port,
             ptu: settings.ptu.clone(),
+            mount: settings.mount.chain(),
             clock,
         })
     }
@@ -317,6 +320,7 @@ impl Station {
                 identity: self.known.head()?,
                 settings: &self.ptu,
                 port: &self.head_port.name,
+                mount: &self.mount,
             },
             LaserFacts {
                 parameters,
