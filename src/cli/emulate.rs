@@ -45,8 +45,8 @@ pub struct EmulateArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// A fault: device.kind[:key=value,...], device laser or ptu, keys at=, for=, count= and its own
-    #[arg(long = "fault", value_name = "SPEC", value_parser = fault)]
-    faults: Vec<EmulatedFault>,
+    #[arg(long = "fault", value_name = "SPEC")]
+    faults: Vec<String>,
 }
 
 fn profile(name: &str) -> Result<Profile, String> {
@@ -89,14 +89,16 @@ pub fn run(args: &EmulateArgs) -> Outcome {
 }
 
 fn start(args: &EmulateArgs) -> Result<Emulator, Failure> {
+    let faults: Result<Vec<_>, _> = args.faults.iter().map(|spec| fault(spec)).collect();
+    let faults = faults.map_err(Failure::Usage)?;
     let scene = scenes::load(&args.scene)?;
     let clock = Clock::scaled(args.time_scale);
     let mut options = EmulationOptions::seeded(args.seed);
     options.laser.profile = args.laser_profile.clone();
     options.mount = default_mount();
     let mut emulation = Emulation::new(options, scene.world, scene.map_from_base, clock.now());
-    for fault in &args.faults {
-        emulation.inject(fault.clone());
+    for fault in faults {
+        emulation.inject(fault);
     }
     let ports = EmulatorPorts {
         laser: args.laser.as_deref(),

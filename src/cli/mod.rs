@@ -3,22 +3,28 @@
 
 mod alarms;
 mod args;
+mod client;
 mod clouds;
 mod compare;
 mod config;
+mod demo;
 mod devices;
 mod distance;
 mod emulate;
 mod failure;
+mod files;
 mod fit;
 mod output;
 mod progress;
+mod run;
 mod shapes;
 mod stopwatch;
 mod scenes;
 mod signals;
 mod sweep;
 mod table;
+mod teach;
+mod visit;
 mod waypoints;
 mod when;
 

@@ -1,4 +1,4 @@
-//! `patrold sweep --out FILE.ply`: one sweep, straight from the devices.
+//! `patrold sweep --out FILE.ply`: one sweep, through the running service, else straight from the devices.
 
 use super::failure::{DONE, Failure, Outcome};
 use super::{config, output, signals};
@@ -26,12 +26,37 @@ pub struct SweepArgs {
     json: bool,
 }
 
+/// What a sweep gave.
+struct Taken {
+    ply: Vec<u8>,
+    points: usize,
+    quality: Quality,
+    /// Why it must not be judged.
+    fault: Option<String>,
+}
+
 /// Runs `sweep`.
 pub fn run(args: &SweepArgs) -> Outcome {
     let settings = config::settings(args.config.as_deref())?;
-    let cancel = signals::cancel_on_signal()?;
-    let sweep = sweep_direct(&settings, &Clock::real(), &cancel)?;
-    report(args, &settings, &sweep)
+    let taken = match client::sweep(&settings.api.socket)? {
+        Some((about, ply)) => Taken {
+            ply,
+            points: about.points,
+            quality: about.sweep,
+            fault: about.fault,
+        },
+        None => {
+            let cancel = signals::cancel_on_signal()?;
+            let sweep = sweep_direct(&settings, &Clock::real(), &cancel)?;
+            Taken {
+                ply: write_ply(&sweep.view.points),
+                points: sweep.view.points.len(),
+                fault: sweep.quality.fault(settings.sweep.max_missing_lines),
+                quality: sweep.quality,
+            }
+        }
+    };
+    report(args, taken)
 }
 
 /// Homes if the head needs it, sweeps as configured, parks. Notes of the devices go to standard error.
@@ -59,29 +84,28 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
 }
 
 /// Writes the cloud and says what it is worth. A sweep that must not be judged is written all the same, and a failure.
-fn report(args: &SweepArgs, settings: &Settings, sweep: &Sweep) -> Outcome {
+fn report(args: &SweepArgs, taken: Taken) -> Outcome {
     let path = args.out.display();
-    fs::write(&args.out, write_ply(&sweep.view.points))
+    fs::write(&args.out, &taken.ply)
         .map_err(|error| Failure::Failed(format!("{path}: {error}")))?;
-    let quality = &sweep.quality;
-    let fault = quality.fault(settings.sweep.max_missing_lines);
+    let quality = &taken.quality;
     if args.json {
         output::json(&json!({
             "out": args.out,
-            "points": sweep.view.points.len(),
+            "points": taken.points,
             "quality": quality,
-            "fault": fault,
+            "fault": taken.fault,
         }))?;
     } else {
         output::line(format!(
             "{path}: {} points, {} of {} lines, {:.1} % of the beams with nothing there",
-            sweep.view.points.len(),
+            taken.points,
             quality.lines_got,
             quality.lines_expected,
             100.0 * quality.no_return_share
         ))?;
     }
-    match fault {
+    match taken.fault {
         None => Ok(DONE),
         Some(why) => Err(Failure::Failed(why)),
     }

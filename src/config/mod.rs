@@ -8,6 +8,7 @@ mod layers;
 mod load;
 mod mount;
 mod reading;
+mod mount;
 mod settings;
 mod template;
 mod value;

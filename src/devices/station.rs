@@ -1,14 +1,16 @@
 //! Both devices as one object with blocking calls, for the service and the command line.
 
+mod park;
+
 use super::cancel::Cancel;
 use super::clock::Clock;
 use super::constants::{
-    BITS_PER_BYTE, CANCEL_CHECK, CONNECT_LIMIT, HEALTH_LIMIT, HOME_LIMIT, OPEN_LIMIT, STEP_LIMIT,
+    BITS_PER_BYTE, CANCEL_CHECK, CONNECT_LIMIT, HEALTH_LIMIT, HOME_LIMIT, OPEN_LIMIT,
 };
 use super::error::{Device, DeviceError};
 use super::head::{HeadCommand, HeadDriver, HeadEvent, head_error};
 use super::known::{DeviceNote, Known};
-use super::laser::{LaserCommand, LaserDriver};
+use super::laser::LaserDriver;
 use super::plan::{HeadFacts, LaserFacts, SweepPlan, SweepRequest};
 use super::port::{Port, PortEvent};
 use super::port_name::{Line, PortName};
@@ -17,7 +19,6 @@ use super::sweep_run::{PortNames, RunAction, SweepRun};
 use crate::config::{PtuSettings, Settings};
 use crate::geometry::Mount;
 use crate::sweep::RawSweep;
-use ptu::Axis;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
@@ -327,65 +328,6 @@ impl Station {
                 line_bytes_s,
             },
         )
-    }
-
-    /// Lays everything to rest: laser off, head to 0, 0 if its position is trusted (else halted), hold power low.
-    ///
-    /// # Errors
-    /// The head is not connected, or stalls.
-    pub fn park(&mut self) -> Result<(), DeviceError> {
-        self.catch_up();
-        self.laser.send(LaserCommand::Stop);
-        if !self.known.trusted() {
-            self.head.send(HeadCommand::Halt);
-            self.head.send(HeadCommand::HoldLow);
-            return Ok(());
-        }
-        let (pan, tilt) = {
-            let identity = self.known.head()?;
-            (identity.pan, identity.tilt)
-        };
-        self.head.send(HeadCommand::HoldLow);
-        for (name, axis) in [(Axis::Pan, &pan), (Axis::Tilt, &tilt)] {
-            let speed = axis
-                .base_speed
-                .clamp(axis.speed_min, axis.speed_max.max(axis.speed_min));
-            self.head.send(HeadCommand::SetSpeed(name, speed));
-            self.head.send(HeadCommand::MoveTo(name, 0));
-        }
-        for axis in [Axis::Pan, Axis::Tilt] {
-            self.wait_at_zero(axis)?;
-        }
-        self.head.send(HeadCommand::Watch(None));
-        Ok(())
-    }
-
-    fn wait_at_zero(&mut self, wanted: Axis) -> Result<(), DeviceError> {
-        self.head.send(HeadCommand::Watch(Some(wanted)));
-        let until = self.clock.now() + STEP_LIMIT;
-        while self.clock.now() < until {
-            match self.next(until) {
-                Some(Told::Head(PortEvent::Lost { error, .. })) => return Err(error),
-                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Position {
-                    axis,
-                    steps: 0,
-                    ..
-                }))))
-                    if axis == wanted =>
-                {
-                    return Ok(());
-                }
-                _ => {}
-            }
-        }
-        self.head.send(HeadCommand::Watch(None));
-        self.head.send(HeadCommand::Halt);
-        Err(DeviceError::Overdue {
-            device: Device::Head,
-            port: self.head_port.name.clone(),
-            what: "parking",
-            limit_s: STEP_LIMIT.as_secs(),
-        })
     }
 
     /// Both connected, if need be after a wait.
