@@ -1,11 +1,11 @@
 //! `patrold sweep --out FILE.ply`: one sweep, through the running service, else straight from the devices.
 
 use super::failure::{DONE, Failure, Outcome};
-use super::{client, config, output, signals};
+use super::{config, output, signals};
 use crate::config::Settings;
 use crate::devices::{Cancel, Clock, NoteLevel, Station, SweepRequest};
 use crate::formats::write_ply;
-use crate::sweep::{Quality, Sweep, assemble};
+use crate::sweep::{Sweep, assemble};
 use clap::Args;
 use serde_json::json;
 use std::fs;
@@ -80,7 +80,7 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
         eprintln!("patrold: {}: {}", note.device, note.text);
     }
     let raw = taken.map_err(|error: crate::devices::DeviceError| Failure::failed(error))?;
-    assemble(&raw, &settings.mount.chain()).map_err(Failure::failed)
+    assemble(&raw).map_err(Failure::failed)
 }
 
 /// Writes the cloud and says what it is worth. A sweep that must not be judged is written all the same, and a failure.

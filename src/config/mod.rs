@@ -6,6 +6,7 @@ mod engine;
 mod keys;
 mod layers;
 mod load;
+mod mount;
 mod reading;
 mod mount;
 mod settings;

@@ -5,7 +5,7 @@ use super::{
     SweepRequest,
 };
 use crate::config::Settings;
-use crate::devices::lockstep::bench::{ROOM, true_mount};
+use crate::devices::lockstep::bench::ROOM;
 use crate::sweep::assemble;
 use crate::world::{NoiseOptions, Scene};
 use std::sync::{Arc, mpsc};
@@ -48,7 +48,7 @@ fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
 
     let raw = station.sweep(&request, &Cancel::new()).expect("a sweep");
     assert!(!emulator.laser_on() && !emulator.head_moving());
-    let sweep = assemble(&raw, &true_mount()).expect("assembles");
+    let sweep = assemble(&raw).expect("assembles");
     eprintln!("{:?}, lag {:?}", sweep.quality, emulator.take_lag());
     // How well depends on the machine; that the points are the room's does not.
     let far = sweep

@@ -5,6 +5,7 @@ use super::constants::{
 };
 use super::error::DeviceError;
 use crate::config::{PtuSettings, SweepMode, SweepSettings};
+use crate::geometry::Mount;
 use crate::scan::Optics;
 use ptu::{AxisIdentity, AxisScale, HeadIdentity, Sign};
 use scip::command::span::Span;
@@ -51,6 +52,8 @@ pub struct HeadFacts<'a> {
     pub settings: &'a PtuSettings,
     /// Its port, for messages.
     pub port: &'a str,
+    /// What it carries the laser with.
+    pub mount: &'a Mount,
 }
 
 /// The laser as the plan sees it.
@@ -97,6 +100,8 @@ pub struct SweepPlan {
     pub stream: StreamPlan,
     /// The beams of a scan.
     pub optics: Optics,
+    /// Where the laser sits.
+    pub mount: Mount,
     /// Time between two scans that are sent.
     pub line_period: Duration,
     /// Pans of the legs: counts, and the angle those counts are, radians.
@@ -167,6 +172,7 @@ impl SweepPlan {
                 period_s: parameters.scan_period().as_secs_f64(),
             },
             stream,
+            mount: head.mount.clone(),
             line_period,
             pans,
             tilt: swing.plan,

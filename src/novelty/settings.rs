@@ -16,7 +16,8 @@ pub struct Settings {
     pub segmentation: Segmentation,
     /// What the revisit's mixture starts from, where changes are found in mixtures.
     pub model: Model,
-    /// Points further from the sensor than this are not looked at, metres.
+    /// Points further from either sensor than this become neither novelty nor mass, metres. What stands before them was
+    /// looked through all the same.
     pub max_range_m: Option<f64>,
     /// How the views are brought together.
     pub registration: RegistrationSettings,

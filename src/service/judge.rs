@@ -93,7 +93,7 @@ pub fn judge(
     settings: &Settings,
     ready: &ReadyReferences,
 ) -> Judged {
-    let sweep = match assemble(raw, &settings.mount.chain()) {
+    let sweep = match assemble(raw) {
         Ok(sweep) => sweep,
         Err(error) => {
             return Judged {

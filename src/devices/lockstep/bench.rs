@@ -157,6 +157,7 @@ impl Bench {
                 identity: self.identity.as_ref().expect("connected"),
                 settings: ptu,
                 port: "ptu",
+                mount: &true_mount(),
             },
             LaserFacts {
                 parameters: self.parameters.expect("connected"),
