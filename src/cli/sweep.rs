@@ -1,11 +1,11 @@
 //! `patrold sweep --out FILE.ply`: one sweep, through the running service, else straight from the devices.
 
 use super::failure::{DONE, Failure, Outcome};
-use super::{config, output, signals};
+use super::{client, config, output, signals};
 use crate::config::Settings;
 use crate::devices::{Cancel, Clock, NoteLevel, Station, SweepRequest};
 use crate::formats::write_ply;
-use crate::sweep::{Sweep, assemble};
+use crate::sweep::{Quality, Sweep, assemble};
 use clap::Args;
 use serde_json::json;
 use std::fs;
@@ -70,7 +70,7 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
         if !station.position_trusted() {
             station.home(cancel)?;
         }
-        let request = SweepRequest::new(&settings.sweep, &settings.sweep.pans_rad);
+        let request = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
         let raw = station.sweep(&request, cancel)?;
         station.park()?;
         Ok(raw)
