@@ -69,7 +69,7 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
         if !station.position_trusted() {
             station.home(cancel)?;
         }
-        let request = SweepRequest::new(&settings.sweep, &settings.sweep.pans_rad);
+        let request = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
         let raw = station.sweep(&request, cancel)?;
         station.park()?;
         Ok(raw)
