@@ -1,14 +1,12 @@
 //! Where the gates of the engine stand against what quiet places offer them: the table that this prints (`--nocapture`)
 //! is where the comments of the constants come from.
 
-use patrold::geometry::Pose;
+use patrold::geometry::{NoiseLaw, Pose, View};
 use patrold::novelty::{
     Detection, Evidence, Kind, Prepared, Reference, SegmentSettings, Settings, Sight, Verdict,
     VerdictSettings, detect, measure,
 };
-use patrold::world::{
-    MountGeometry, NoiseOptions, Robot, SampledView, Scene, Stand, SweepRows, sample_view,
-};
+use patrold::world::{MountGeometry, NoiseOptions, Robot, Scene, Stand, SweepRows, sample_view};
 use std::path::Path;
 use std::time::Duration;
 
@@ -18,6 +16,11 @@ const SCENES: [&str; 3] = ["corridor.toml", "office.toml", "storeroom.toml"];
 const LINES: [usize; 2] = [120, 60];
 /// How often a sensor is as noisy as the recorded one.
 const NOISE_SCALES: [f64; 3] = [1.0, 1.5, 2.0];
+/// What a sweep states of its own noise whatever the sensor does, as sweep::assemble does; a scale of 2 exceeds it.
+const STATED: NoiseLaw = NoiseLaw {
+    at_zero_m: 0.002,
+    per_m: 0.0015,
+};
 /// Pose errors: shift (m), its direction (deg), turn (deg); 0-10 cm, 0-5 deg.
 const POSE_ERRORS: [[f64; 3]; 11] = [
     [0.0, 0.0, 0.0],
@@ -39,7 +42,7 @@ fn scene(name: &str) -> Scene {
     Scene::resolve(name, &load).expect("a shipped scene")
 }
 
-fn swept(scene: &Scene, error: [f64; 3], lines: usize, noise: &NoiseOptions) -> SampledView {
+fn swept(scene: &Scene, error: [f64; 3], lines: usize, noise: &NoiseOptions) -> View {
     let world = scene.build(None).expect("builds");
     let mut robot = Robot {
         pose: scene.map_from_base,
@@ -54,15 +57,20 @@ fn swept(scene: &Scene, error: [f64; 3], lines: usize, noise: &NoiseOptions) -> 
         yaw_rad: at.rotation.euler_angles().2 + turn_deg.to_radians(),
     });
     let rows = SweepRows::evenly(-35.0, 25.0, lines).starting_at(Duration::from_secs(noise.seed));
-    sample_view(&world, &robot, &rows, noise)
+    let mut view = sample_view(&world, &robot, &rows, noise).view;
+    view.noise = Some(STATED);
+    view
 }
 
-/// All gates but those of shape (points, width, fill) open: what stands before them is told.
+/// All gates open but for the few points that a covariance needs: what stands before them is told.
 fn open_gates() -> Settings {
     Settings {
         segment: SegmentSettings {
             least_support: 0.0,
             thin_support: 0.0,
+            least_points: 5,
+            thin_width_spacings: 0.0,
+            least_fill: 0.0,
             ..SegmentSettings::default()
         },
         verdict: VerdictSettings {
@@ -121,8 +129,8 @@ fn quiet_pair(name: &str, lines: usize, index: usize, error: [f64; 3]) -> Figure
         ..NoiseOptions::seeded(seed)
     };
     let settings = Settings::default();
-    let reference = swept(&scene, [0.0; 3], lines, &noise(seed)).view;
-    let current = swept(&scene, error, lines, &noise(seed + 1)).view;
+    let reference = swept(&scene, [0.0; 3], lines, &noise(seed));
+    let current = swept(&scene, error, lines, &noise(seed + 1));
     let prepared = Reference::prepare(&reference, &settings, 7).expect("a reference");
     let found = detect(&prepared, &current, &settings, 7, &mut |_| {}).expect("a detection");
     let open = detect(&prepared, &current, &open_gates(), 7, &mut |_| {}).expect("a detection");
@@ -187,7 +195,14 @@ fn run(every: usize) {
     for f in &loud {
         println!("not quiet: {}: {}", f.name, f.reason);
     }
-    assert!(loud.is_empty(), "{} of {}", loud.len(), all.len());
+    // Weights that sampling does not explain may cost a quiet answer, honestly told; never a false alarm.
+    assert!(loud.iter().all(|f| f.verdict == Verdict::NotObserved));
+    assert!(
+        20 * loud.len() <= all.len(),
+        "{} of {}",
+        loud.len(),
+        all.len()
+    );
 }
 
 #[test]
