@@ -1,7 +1,7 @@
 //! `patrold devices`: who answers on the ports, and how they are.
 
 use super::failure::{DONE, FAILED, Outcome};
-use super::{config, output};
+use super::{config, output, signals};
 use crate::devices::{AxisReport, Clock, DeviceError, HeadReport, LaserReport, Station};
 use clap::Args;
 use serde::Serialize;
@@ -24,7 +24,8 @@ pub struct DevicesArgs {
 pub fn run(args: &DevicesArgs) -> Outcome {
     let settings = config::settings(args.config.as_deref())?;
     let (notes, _) = mpsc::channel();
-    let (laser, ptu) = Station::survey(&settings, Clock::real(), notes)
+    let cancel = signals::cancel_on_signal()?;
+    let (laser, ptu) = Station::survey(&settings, Clock::real(), notes, &cancel)
         .map_err(super::failure::Failure::failed)?;
     if args.json {
         output::json(&json!({

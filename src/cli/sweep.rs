@@ -1,11 +1,11 @@
 //! `patrold sweep --out FILE.ply`: one sweep, through the running service, else straight from the devices.
 
 use super::failure::{DONE, Failure, Outcome};
-use super::{config, output, signals};
+use super::{client, config, output, signals};
 use crate::config::Settings;
 use crate::devices::{Cancel, Clock, NoteLevel, Station, SweepRequest};
 use crate::formats::write_ply;
-use crate::sweep::{Sweep, assemble};
+use crate::sweep::{Quality, Sweep, assemble};
 use clap::Args;
 use serde_json::json;
 use std::fs;
@@ -65,7 +65,8 @@ pub fn run(args: &SweepArgs) -> Outcome {
 /// A device that does not do its part; a sweep that cannot be assembled.
 pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Result<Sweep, Failure> {
     let (notes, heard) = mpsc::channel();
-    let mut station = Station::open(settings, clock.clone(), notes).map_err(Failure::failed)?;
+    let mut station =
+        Station::open(settings, clock.clone(), notes, cancel).map_err(Failure::failed)?;
     let taken = (|| {
         if !station.position_trusted() {
             station.home(cancel)?;

@@ -10,6 +10,10 @@ pub const APPROACH_RAD_S: f64 = 0.8976;
 /// (ptu-d46 section 5).
 pub const LIMIT_MARGIN_STEPS: i32 = 8;
 
+/// Counts by which a limit may move from one calibration to the next: "a few" (ptu-d46 section 5), and beyond twenty, one
+/// degree, something stands in the way.
+pub const LIMITS_MOVE_STEPS: u32 = 20;
+
 /// Lines by which the head starts before the first wanted line and goes on after the last: half a line for the
 /// middle of a line against its ends, one for the line under way when it begins (sweep-geometry section 3.4).
 pub const MARGIN_LINES: f64 = 1.5;
