@@ -34,6 +34,14 @@ pub const TIMER_STEP_PERIODS: f64 = 0.5;
 /// Scans whose least lag stands for the lag: a host that is late for all of ten scans is late for a second.
 pub const TIMER_SCANS: usize = 10;
 
+/// Scans that a leg needs for a rate of its laser's timer to be told (with fewer it is over before a timer wrong by 0.2 % is
+/// a quarter of a scan off), and the part of the leg that lies between two that are compared: a step spoils that part of
+/// the pairs, and stamps of whole milliseconds are as fine as the leg needs them.
+pub const RATE_SCANS: (usize, usize) = (100, 5);
+
+/// Scans whose least lag dates a scan of step-and-stare: ten seconds, in which a timer wrong by 0.2 % goes 20 ms wrong.
+pub const DATING_SCANS: usize = 100;
+
 /// Standing time before a scan of step-and-stare, over and above the confirmed arrival: the upper end of
 /// "settling 50-100 ms, measure" (sweep-geometry section 4).
 pub const SETTLE: Duration = Duration::from_millis(100);
