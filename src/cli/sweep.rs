@@ -1,14 +1,16 @@
 //! `patrold sweep --out FILE.ply`: one sweep, through the running service, else straight from the devices.
 
 use super::failure::{DONE, Failure, Outcome};
-use super::{client, config, files, output, signals};
+use super::{client, config, output, signals};
 use crate::config::Settings;
 use crate::devices::{Cancel, Clock, NoteLevel, Station, SweepRequest};
 use crate::formats::write_ply;
 use crate::sweep::{Quality, Sweep, assemble};
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 
 /// Arguments of `sweep`.
@@ -20,6 +22,9 @@ pub struct SweepArgs {
     /// Configuration file
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Seconds of the devices per second of the wall, for emulated devices that run at X times the wall's pace
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = super::emulate::scale)]
+    time_scale: f64,
     /// Report as JSON
     #[arg(long)]
     json: bool,
@@ -34,9 +39,53 @@ struct Taken {
     fault: Option<String>,
 }
 
+/// The file of a cloud that is still to come: `FILE.tmp` beside it, renamed when it is whole, else removed.
+struct Unfinished {
+    wanted: PathBuf,
+    path: PathBuf,
+    file: fs::File,
+}
+
+impl Unfinished {
+    fn create(wanted: &Path) -> Result<Self, Failure> {
+        let Some(name) = wanted.file_name().filter(|_| !wanted.is_dir()) else {
+            return Err(files::named(wanted, "is a folder; name a file"));
+        };
+        let mut name = name.to_owned();
+        name.push(".tmp");
+        let path = wanted.with_file_name(name);
+        let file = fs::File::create(&path).map_err(|error| {
+            let text =
+                format!("cannot be written there: {error}; check its folder, or name another");
+            files::named(wanted, text)
+        })?;
+        Ok(Self {
+            wanted: wanted.to_owned(),
+            path,
+            file,
+        })
+    }
+
+    fn finish(mut self, bytes: &[u8]) -> Result<(), Failure> {
+        self.file
+            .write_all(bytes)
+            .and_then(|()| fs::rename(&self.path, &self.wanted))
+            .map_err(|error| files::named(&self.wanted, error))
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // After the renaming there is none.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
 /// Runs `sweep`.
 pub fn run(args: &SweepArgs) -> Outcome {
     let settings = config::settings(args.config.as_deref())?;
+    // Before anything moves: a cloud that cannot be kept is not worth a sweep.
+    let file = Unfinished::create(&args.out)?;
     let taken = match client::sweep(&settings.api.socket)? {
         Some((about, ply)) => Taken {
             ply,
@@ -46,7 +95,7 @@ pub fn run(args: &SweepArgs) -> Outcome {
         },
         None => {
             let cancel = signals::cancel_on_signal()?;
-            let sweep = sweep_direct(&settings, &Clock::real(), &cancel)?;
+            let sweep = sweep_direct(&settings, &Clock::scaled(args.time_scale), &cancel)?;
             Taken {
                 ply: write_ply(&sweep.view.points),
                 points: sweep.view.points.len(),
@@ -55,7 +104,7 @@ pub fn run(args: &SweepArgs) -> Outcome {
             }
         }
     };
-    report(args, taken)
+    report(args, file, taken)
 }
 
 /// Homes if the head needs it, sweeps as configured, parks. Notes of the devices go to standard error.
@@ -64,7 +113,8 @@ pub fn run(args: &SweepArgs) -> Outcome {
 /// A device that does not do its part; a sweep that cannot be assembled.
 pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Result<Sweep, Failure> {
     let (notes, heard) = mpsc::channel();
-    let mut station = Station::open(settings, clock.clone(), notes).map_err(Failure::failed)?;
+    let mut station =
+        Station::open(settings, clock.clone(), notes, cancel).map_err(Failure::failed)?;
     let taken = (|| {
         if !station.position_trusted() {
             station.home(cancel)?;
@@ -83,9 +133,9 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
 }
 
 /// Writes the cloud and says what it is worth. A sweep that must not be judged is written all the same, and a failure.
-fn report(args: &SweepArgs, taken: Taken) -> Outcome {
+fn report(args: &SweepArgs, file: Unfinished, taken: Taken) -> Outcome {
     let path = args.out.display();
-    files::write(&args.out, &taken.ply)?;
+    file.finish(&taken.ply)?;
     let quality = &taken.quality;
     if args.json {
         output::json(&json!({
@@ -106,5 +156,37 @@ fn report(args: &SweepArgs, taken: Taken) -> Outcome {
     match taken.fault {
         None => Ok(DONE),
         Some(why) => Err(Failure::Failed(why)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Unfinished;
+    use std::fs;
+
+    #[test]
+    fn a_cloud_appears_whole_or_not_at_all_and_its_place_is_tried_first() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let out = dir.path().join("a.ply");
+        let left = || fs::read_dir(dir.path()).expect("listed").count();
+        drop(
+            Unfinished::create(&out)
+                .map_err(|e| e.to_string())
+                .expect("made"),
+        );
+        assert_eq!(left(), 0);
+        let file = Unfinished::create(&out)
+            .map_err(|e| e.to_string())
+            .expect("made");
+        assert!(!out.exists());
+        file.finish(b"ply")
+            .map_err(|e| e.to_string())
+            .expect("written");
+        assert_eq!(
+            (fs::read(&out).expect("there"), left()),
+            (b"ply".to_vec(), 1)
+        );
+        assert!(Unfinished::create(dir.path()).is_err());
+        assert!(Unfinished::create(&dir.path().join("no/a.ply")).is_err());
     }
 }

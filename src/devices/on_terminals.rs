@@ -36,8 +36,9 @@ fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
     let emulator = emulator(&clock, &EmulatorPorts::default());
     let settings = settings(&emulator);
     let (notes, _heard) = mpsc::channel();
-    let mut station = Station::open(&settings, clock.clone(), notes).expect("both answer");
-    let who = station.describe().expect("both tell");
+    let mut station =
+        Station::open(&settings, clock.clone(), notes, &Cancel::new()).expect("both answer");
+    let who = station.describe(&Cancel::new()).expect("both tell");
     assert_eq!(who.laser.serial, "H0706400");
     assert_eq!(who.ptu.supply_v, Some(24.0));
     let mut request = SweepRequest::new(&settings.sweep, &settings.mount, &[0.1]);
@@ -87,7 +88,8 @@ fn dropped_in_the_middle_the_laser_goes_off() {
     let mut settings = settings(&emulator);
     settings.ptu.home_at_start = false;
     let (notes, _heard) = mpsc::channel();
-    let mut station = Station::open(&settings, clock.clone(), notes).expect("both answer");
+    let mut station =
+        Station::open(&settings, clock.clone(), notes, &Cancel::new()).expect("both answer");
     assert!(station.position_trusted());
     let cancel = Cancel::new();
     let later = cancel.clone();
@@ -116,7 +118,8 @@ fn missing_and_exchanged_ports_are_told() {
     let mut absent = Settings::defaults();
     absent.laser.port = "/dev/no-such-laser".to_owned();
     absent.ptu.port = "/dev/no-such-ptu".to_owned();
-    let (laser, head) = Station::survey(&absent, clock.clone(), notes.clone()).expect("threads");
+    let (laser, head) =
+        Station::survey(&absent, clock.clone(), notes.clone(), &Cancel::new()).expect("threads");
     assert!(
         laser
             .expect_err("absent")
@@ -128,7 +131,8 @@ fn missing_and_exchanged_ports_are_told() {
     let emulator = emulator(&clock, &EmulatorPorts::default());
     let mut exchanged = settings(&emulator);
     std::mem::swap(&mut exchanged.laser.port, &mut exchanged.ptu.port);
-    let (laser, head) = Station::survey(&exchanged, clock.clone(), notes).expect("threads");
+    let (laser, head) =
+        Station::survey(&exchanged, clock.clone(), notes, &Cancel::new()).expect("threads");
     let (laser, head) = (laser.expect_err("a head"), head.expect_err("a laser"));
     eprintln!("{laser}\n{head}");
     for error in [laser, head] {
@@ -140,4 +144,16 @@ fn missing_and_exchanged_ports_are_told() {
             "{error}"
         );
     }
+}
+
+#[test]
+fn waiting_for_a_silent_port_can_be_cancelled() {
+    let clock = Clock::scaled(1.0);
+    let emulator = emulator(&clock, &EmulatorPorts::default());
+    emulator.inject("ptu.silence:deaf=true,for=600".parse().expect("a fault"));
+    let (notes, _heard) = mpsc::channel();
+    let cancel = Cancel::new();
+    cancel.cancel();
+    let open = Station::open(&settings(&emulator), clock.clone(), notes, &cancel);
+    assert!(matches!(open, Err(DeviceError::Cancelled)));
 }

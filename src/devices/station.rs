@@ -9,6 +9,7 @@ use super::constants::{
 };
 use super::error::{Device, DeviceError};
 use super::head::{HeadCommand, HeadDriver, HeadEvent, head_error};
+use super::head_memory::HeadMemory;
 use super::known::{DeviceNote, Known};
 use super::laser::LaserDriver;
 use super::plan::{HeadFacts, LaserFacts, SweepPlan, SweepRequest};
@@ -48,24 +49,43 @@ impl Station {
     /// It does not home: see [`position_trusted`](Self::position_trusted).
     ///
     /// # Errors
-    /// The first device that cannot be had, with what to do.
+    /// The first device that cannot be had, with what to do; [`DeviceError::Cancelled`] soon after `cancel` was set.
     pub fn open(
         settings: &Settings,
         clock: Clock,
         notes: Sender<DeviceNote>,
+        cancel: &Cancel,
     ) -> Result<Self, DeviceError> {
-        let mut station = Self::begin(settings, clock, notes)?;
-        station.wait_for_both(false);
+        Self::open_again(settings, clock, notes, &HeadMemory::default(), cancel)
+    }
+
+    /// As [`open`](Self::open), with what former stations left in `memory`: a doubt of theirs stays one, and only the
+    /// first station that opened takes the head as it is found.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_again(
+        settings: &Settings,
+        clock: Clock,
+        notes: Sender<DeviceNote>,
+        memory: &HeadMemory,
+        cancel: &Cancel,
+    ) -> Result<Self, DeviceError> {
+        let mut station = Self::begin(settings, clock, notes, memory)?;
+        station.wait_for_both(false, cancel)?;
         match station.known.failures() {
             (Some(error), _) | (None, Some(error)) => Err(error),
-            (None, None) => Ok(station),
+            (None, None) => {
+                memory.opened();
+                Ok(station)
+            }
         }
     }
 
     /// Who answers on the two ports, each by itself: one device's failure does not hide the other.
     ///
     /// # Errors
-    /// Only [`DeviceError::NoThread`]; what is wrong with a device stands in its place.
+    /// Only [`DeviceError::NoThread`] and [`DeviceError::Cancelled`]; what is wrong with a device stands in its place.
     #[allow(
         clippy::type_complexity,
         reason = "two answers, each with its own way to fail"
@@ -74,6 +94,7 @@ impl Station {
         settings: &Settings,
         clock: Clock,
         notes: Sender<DeviceNote>,
+        cancel: &Cancel,
     ) -> Result<
         (
             Result<LaserReport, DeviceError>,
@@ -81,12 +102,12 @@ impl Station {
         ),
         DeviceError,
     > {
-        let mut station = Self::begin(settings, clock, notes)?;
-        station.wait_for_both(true);
+        let mut station = Self::begin(settings, clock, notes, &HeadMemory::default())?;
+        station.wait_for_both(true, cancel)?;
         let (laser, head) = station.known.failures();
         Ok((
             laser.map_or_else(|| station.laser_report(), Err),
-            head.map_or_else(|| station.head_report(), Err),
+            head.map_or_else(|| station.head_report(cancel), Err),
         ))
     }
 
@@ -94,6 +115,7 @@ impl Station {
         settings: &Settings,
         clock: Clock,
         notes: Sender<DeviceNote>,
+        memory: &HeadMemory,
     ) -> Result<Self, DeviceError> {
         let laser_port = PortName {
             device: Device::Laser,
@@ -115,7 +137,13 @@ impl Station {
                 tell_head.send(Told::Head(event)).is_ok()
             })?,
             told,
-            known: Known::new(&laser_port, &head_port, settings.ptu.home_at_start, notes),
+            known: Known::new(
+                &laser_port,
+                &head_port,
+                settings.ptu.home_at_start,
+                memory.clone(),
+                notes,
+            ),
             laser_port,
             head_port,
             ptu: settings.ptu.clone(),
@@ -124,16 +152,20 @@ impl Station {
     }
 
     /// Until both are known or one (`each`: both) failed.
-    fn wait_for_both(&mut self, each: bool) {
+    fn wait_for_both(&mut self, each: bool, cancel: &Cancel) -> Result<(), DeviceError> {
         let until = self.clock.now() + OPEN_LIMIT;
         while self.clock.now() < until {
+            if cancel.is_cancelled() {
+                return Err(DeviceError::Cancelled);
+            }
             let (laser, head) = self.known.settled();
             let failed = self.known.has_failed();
             if (laser && head) || (failed && !each) {
-                return;
+                return Ok(());
             }
             self.next(until);
         }
+        Ok(())
     }
 
     /// The next event, taken note of; `None` if none came within the time between two looks at a cancelled flag.
@@ -161,12 +193,12 @@ impl Station {
     /// Who both devices are and how they are. Asks the head for supply and temperature.
     ///
     /// # Errors
-    /// A device that is not connected, or does not answer.
-    pub fn describe(&mut self) -> Result<DevicesReport, DeviceError> {
-        self.be_connected(&Cancel::new())?;
+    /// A device that is not connected, or does not answer; [`DeviceError::Cancelled`] soon after `cancel` was set.
+    pub fn describe(&mut self, cancel: &Cancel) -> Result<DevicesReport, DeviceError> {
+        self.be_connected(cancel)?;
         Ok(DevicesReport {
             laser: self.laser_report()?,
-            ptu: self.head_report()?,
+            ptu: self.head_report(cancel)?,
         })
     }
 
@@ -175,11 +207,14 @@ impl Station {
         Ok(LaserReport::new(&self.laser_port.name, identity))
     }
 
-    fn head_report(&mut self) -> Result<HeadReport, DeviceError> {
+    fn head_report(&mut self, cancel: &Cancel) -> Result<HeadReport, DeviceError> {
         self.head.send(HeadCommand::QueryHealth);
         let until = self.clock.now() + HEALTH_LIMIT;
         let mut health = None;
         while self.clock.now() < until {
+            if cancel.is_cancelled() {
+                return Err(DeviceError::Cancelled);
+            }
             match self.next(until) {
                 Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Health(got))))) => {
                     health = Some(got);
@@ -209,6 +244,7 @@ impl Station {
     /// hears nothing until then.
     pub fn home(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
         self.be_connected(cancel)?;
+        self.known.begin_homing();
         self.head.send(HeadCommand::Home);
         let until = self.clock.now() + HOME_LIMIT;
         while self.clock.now() < until {
@@ -218,7 +254,7 @@ impl Station {
             match self.next(until) {
                 Some(Told::Head(PortEvent::Lost { error, .. })) => return Err(error),
                 Some(Told::Head(PortEvent::Device(HeadEvent::Unit(event)))) => match event {
-                    ptu::Event::HomeDone { .. } => return Ok(()),
+                    ptu::Event::HomeDone { .. } => return self.check_trust(),
                     ptu::Event::Fault(error) => {
                         return Err(head_error(&error, &self.head_port.name));
                     }
@@ -253,12 +289,7 @@ impl Station {
         cancel: &Cancel,
     ) -> Result<RawSweep, DeviceError> {
         self.be_connected(cancel)?;
-        if !self.known.trusted() {
-            return Err(DeviceError::PositionLost {
-                port: self.head_port.name.clone(),
-                detail: self.known.distrust().to_owned(),
-            });
-        }
+        self.check_trust()?;
         let plan = self.plan(request)?;
         for text in &plan.notes {
             self.known.warn(Device::Head, text.clone());
@@ -295,6 +326,16 @@ impl Station {
             }
             run.on_time(now);
         }
+    }
+
+    fn check_trust(&self) -> Result<(), DeviceError> {
+        if self.known.trusted() {
+            return Ok(());
+        }
+        Err(DeviceError::PositionLost {
+            port: self.head_port.name.clone(),
+            detail: self.known.distrust().to_owned(),
+        })
     }
 
     fn carry_out(&mut self, run: &mut SweepRun) {
@@ -349,6 +390,8 @@ impl Station {
 
 impl Drop for Station {
     fn drop(&mut self) {
+        // What nobody asked about is remembered all the same.
+        self.catch_up();
         // Both at once; their own drops wait.
         self.laser.begin_close();
         self.head.begin_close();

@@ -42,11 +42,11 @@ pub struct Plan {
 }
 
 /// Runs the service with the configuration in `config` (or the default file) until SIGTERM or SIGINT; SIGHUP reads
-/// the configuration again.
+/// the configuration again. The devices live in the time of `clock`.
 ///
 /// # Errors
 /// Wrong configuration, a store or socket that cannot be used. Devices that are absent are no error.
-pub fn run(config: Option<&Path>) -> Result<(), ServiceError> {
+pub fn run(config: Option<&Path>, clock: Clock) -> Result<(), ServiceError> {
     let loaded = load(config, &[]).map_err(ServiceError::Config)?;
     let log = logging::start(&loaded.settings.log);
     let system = |what| move |source| ServiceError::System { what, source };
@@ -55,7 +55,6 @@ pub fn run(config: Option<&Path>) -> Result<(), ServiceError> {
         .enable_all()
         .build()
         .map_err(system("the asynchronous runtime"))?;
-    let clock = Clock::real();
     let plan = Plan {
         loaded,
         config: config.map(Path::to_owned),

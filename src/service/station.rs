@@ -3,13 +3,12 @@
 use super::robot::{Connect, Fault, Notes, Robot};
 use crate::config::Settings;
 use crate::devices::{
-    Cancel, Clock, Device, DeviceError, DeviceNote, NoteLevel, Station, SweepRequest,
+    Cancel, Clock, Device, DeviceError, DeviceNote, HeadMemory, NoteLevel, Station, SweepRequest,
 };
 use crate::store::Level;
 use crate::sweep::RawSweep;
 use serde_json::{Value, json};
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -17,8 +16,8 @@ use std::thread;
 /// Connects the station of the settings.
 pub struct StationConnect {
     clock: Clock,
-    /// A sweep failed since the head was homed: it is homed again, whatever the configuration says of the start.
-    doubtful: Arc<AtomicBool>,
+    /// A doubt about the head outlives the station that had it: it is homed, whatever the configuration says of the start.
+    memory: HeadMemory,
     said: Said,
 }
 
@@ -30,7 +29,7 @@ impl StationConnect {
     pub fn new(clock: Clock) -> Self {
         Self {
             clock,
-            doubtful: Arc::default(),
+            memory: HeadMemory::default(),
             said: Said::default(),
         }
     }
@@ -50,26 +49,30 @@ impl Connect for StationConnect {
             .name("patrold-notes".to_owned())
             .spawn(move || pass_on(&receiver, &forward, &said))
             .map_err(|error| format!("no thread for the devices' notes: {error}"))?;
-        let mut station = Station::open(settings, self.clock.clone(), sender).map_err(told)?;
-        if self.doubtful.load(Ordering::Relaxed) || !station.position_trusted() {
+        let clock = self.clock.clone();
+        let opened = Station::open_again(settings, clock, sender, &self.memory, cancel);
+        let mut station = opened.map_err(told)?;
+        if self.memory.is_doubted() || !station.position_trusted() {
             station.home(cancel).map_err(told)?;
-            self.doubtful.store(false, Ordering::Relaxed);
         }
         Ok(Box::new(StationRobot {
             station,
-            doubtful: Arc::clone(&self.doubtful),
+            memory: self.memory.clone(),
+            cancel: cancel.clone(),
         }))
     }
 }
 
 struct StationRobot {
     station: Station,
-    doubtful: Arc<AtomicBool>,
+    memory: HeadMemory,
+    /// Of the order that connected it; who answers is asked as part of that.
+    cancel: Cancel,
 }
 
 impl Robot for StationRobot {
     fn describe(&mut self) -> Value {
-        match self.station.describe() {
+        match self.station.describe(&self.cancel) {
             Ok(report) => json!(report),
             Err(error) => json!({"error": error.to_string()}),
         }
@@ -92,7 +95,7 @@ impl Robot for StationRobot {
         taken.map_err(|error| {
             let lost = is_lost(&error);
             if lost {
-                self.doubtful.store(true, Ordering::Relaxed);
+                self.memory.doubt();
             }
             Fault {
                 reason: error.to_string(),
@@ -113,15 +116,15 @@ impl StationRobot {
 }
 
 /// Whether the devices must be opened and homed anew: after everything but a plan they cannot follow, a sweep whose
-/// instants are void, and a sweep that was called off.
+/// instants are void, a laser that refuses, and a sweep that was called off. A head that refuses may have a broken axis.
 fn is_lost(error: &DeviceError) -> bool {
-    !matches!(
-        error,
-        DeviceError::Cancelled
-            | DeviceError::OutOfReach { .. }
-            | DeviceError::Refused { .. }
-            | DeviceError::TimerLost { .. }
-    )
+    match error {
+        DeviceError::Refused { device, .. } => *device == Device::Head,
+        DeviceError::Cancelled | DeviceError::OutOfReach { .. } | DeviceError::TimerLost { .. } => {
+            false
+        }
+        _ => true,
+    }
 }
 
 fn pass_on(receiver: &Receiver<DeviceNote>, notes: &Notes, said: &Said) {
@@ -144,10 +147,23 @@ fn pass_on(receiver: &Receiver<DeviceNote>, notes: &Notes, said: &Said) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Said, pass_on};
-    use crate::devices::{Device, DeviceNote, NoteLevel};
+    use super::{Said, is_lost, pass_on};
+    use crate::devices::{Device, DeviceError, DeviceNote, NoteLevel};
     use crate::service::Notes;
     use std::sync::{Arc, Mutex, mpsc};
+
+    #[test]
+    fn a_head_that_refuses_is_homed_again_and_a_laser_is_not_lost_by_it() {
+        let refused = |device| DeviceError::Refused {
+            device,
+            port: "/dev/x".to_owned(),
+            command: "TP100".to_owned(),
+            detail: "Axis Error".to_owned(),
+        };
+        assert!(is_lost(&refused(Device::Head)));
+        assert!(!is_lost(&refused(Device::Laser)));
+        assert!(!is_lost(&DeviceError::Cancelled));
+    }
 
     #[test]
     fn what_a_device_says_again_is_no_news() {
