@@ -89,6 +89,8 @@ pub enum Event {
     DevicesClosed,
     /// Somebody asks for something.
     Requested(Request),
+    /// Whoever asked does not wait for the outcome any more.
+    AskerGone(u64),
     /// The waypoint's reference is there, or why not.
     Prepared(u64, Result<(), Refusal>),
     /// The sweep is taken.

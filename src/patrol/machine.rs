@@ -55,6 +55,8 @@ pub struct Machine {
     pause: Duration,
     in_hand: Option<(Request, Step)>,
     waiting: VecDeque<Request>,
+    /// A request whose sweep is being called off because its asker went away.
+    unwanted: Option<u64>,
     change: Option<Change>,
     stopping: bool,
     exited: bool,
@@ -68,6 +70,7 @@ impl Machine {
             pause: FIRST_RETRY,
             in_hand: None,
             waiting: VecDeque::new(),
+            unwanted: None,
             change: None,
             stopping: false,
             exited: false,
@@ -123,6 +126,7 @@ impl Machine {
                 }
             }
             Event::Requested(request) => self.requested(request, &mut out),
+            Event::AskerGone(id) => self.asker_gone(id, &mut out),
             Event::Prepared(id, result) => {
                 if let Some(request) = self.take(id, Step::Preparing) {
                     match result {
@@ -246,6 +250,30 @@ impl Machine {
         }
     }
 
+    /// Nobody waits for the outcome: a robot that moved on must not be swept for it. A visit whose sweep has begun
+    /// is finished, for its alarm counts whoever asked; a reference that nobody is told of is not taken.
+    fn asker_gone(&mut self, id: u64, out: &mut Vec<Action>) {
+        if let Some(at) = self.waiting.iter().position(|r| r.id == id) {
+            out.extend(self.waiting.remove(at).map(Action::Drop));
+            return;
+        }
+        let Some((request, step)) = self.in_hand.take_if(|(r, _)| r.id == id) else {
+            return;
+        };
+        match (step, request.task) {
+            (Step::Preparing | Step::Waiting, _) | (Step::Judging, Task::Teach | Task::Sweep) => {
+                out.push(Action::Drop(request));
+            }
+            (step, task) => {
+                if step == Step::Sweeping && task != Task::Visit && !self.stopping {
+                    self.unwanted = Some(id);
+                    out.push(Action::CancelDevices);
+                }
+                self.in_hand = Some((request, step));
+            }
+        }
+    }
+
     fn sweep(&mut self, request: Request, out: &mut Vec<Action>) {
         let step = match &self.devices {
             Devices::Ready => {
@@ -285,6 +313,10 @@ impl Machine {
         let Some(request) = self.take(id, Step::Sweeping) else {
             return;
         };
+        if self.unwanted.take() == Some(id) {
+            out.push(Action::Drop(request));
+            return;
+        }
         if self.stopping {
             let reason = "the service was stopped before the sweep was judged".to_owned();
             return self.not_swept(request, reason, out);
@@ -300,6 +332,13 @@ impl Machine {
         if self.stopping {
             let reason = "the service was stopped during the sweep".to_owned();
             return self.not_swept(request, reason, out);
+        }
+        if self.unwanted.take() == Some(id) {
+            if lost {
+                self.open(out);
+            }
+            out.push(Action::Drop(request));
+            return;
         }
         out.push(Action::Note(
             Weight::Error,

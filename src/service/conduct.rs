@@ -102,6 +102,7 @@ impl Conductor {
 
     /// Deals with one message.
     pub fn take(&mut self, message: Message) {
+        self.look_for_askers();
         let event = match message {
             Message::Robot(event) => self.robot_event(event),
             Message::Ask(ask) => self.asked(ask),
@@ -116,8 +117,8 @@ impl Conductor {
             Message::Judged(id, judged) => {
                 let result = judged.finding.as_ref().map(|_| ()).map_err(Clone::clone);
                 let spent = self.lap_ms();
-                self.judging = false;
                 if let Some(work) = self.work.as_mut().filter(|w| w.request.id == id) {
+                    self.judging = false;
                     work.timing.judge = spent;
                     work.judged = Some(judged);
                 }
@@ -142,6 +143,7 @@ impl Conductor {
 
     /// Time has passed.
     pub fn tick(&mut self) {
+        self.look_for_askers();
         self.handle(Event::Tick);
         let too_long = self.judging && self.began.elapsed() > JUDGE_LIMIT;
         let overdue = too_long || self.hands.robot.is_overdue() || self.hands.ledger.is_overdue();
@@ -246,6 +248,7 @@ impl Conductor {
                     tracing::warn!(WAYPOINT = %waypoint, "{task} {waypoint}: {refusal}");
                     self.answer(request.id, Reply::Refused(refusal));
                 }
+                Action::Drop(request) => self.forget(&request),
                 Action::ApplySettings => self.apply(),
                 Action::KeepSettings(mistakes) => self.keep(&mistakes),
                 Action::Note(weight, text) => {
@@ -354,6 +357,28 @@ impl Conductor {
             // An asker that went away hears nothing; the log knows.
             let _ = answer.send(reply);
         }
+    }
+
+    /// Tells the patrol of every asker that hung up.
+    fn look_for_askers(&mut self) {
+        let closed = self.answers.iter().filter(|(_, a)| a.is_closed());
+        let mut gone: Vec<u64> = closed.map(|(id, _)| *id).collect();
+        // Those behind first, or they would be begun when the one before them is dropped.
+        gone.sort_unstable_by(|a, b| b.cmp(a));
+        for id in gone {
+            self.answers.remove(&id);
+            self.handle(Event::AskerGone(id));
+        }
+    }
+
+    fn forget(&mut self, request: &Request) {
+        self.work.take_if(|work| work.request.id == request.id);
+        self.raw = None;
+        self.judging = false;
+        let (task, waypoint) = (request.task.word(), &request.waypoint);
+        let what = format!("{task} {waypoint}");
+        let text = format!("{} dropped: whoever asked went away", what.trim_end());
+        self.note(Level::Warning, "service", text);
     }
 
     fn lap_ms(&self) -> f64 {
