@@ -10,20 +10,26 @@ import sys
 
 
 def data_tests(root):
-    """Names of the tests that ask for recorded data, read from the sources."""
-    asks = re.compile(r"\b(data|data_dir|recorded|recording|recordings)\(")
-    names = []
+    """Names of the tests that ask for recorded data, read from the sources: those that name the variable, or call a
+    function that does."""
+    function = re.compile(r"^\s*(?:pub )?fn (\w+)(.*?)(?=^\s*(?:#\[|///|(?:pub )?fn )|\Z)", re.M | re.S)
+    names, helpers, bodies = [], {"data"}, []
     for path in sorted(root.rglob("*.rs")):
         if "target" in path.parts:
             continue
         text = path.read_text(encoding="utf-8")
-        if "PATROLD_DATA" not in text and "common::data" not in text:
-            continue
-        for body in re.split(r"#\[test\]", text)[1:]:
-            name = re.search(r"\bfn (\w+)", body)
-            end = body.find("\n#[test]")
-            if name and asks.search(body[: end if end > 0 else len(body)]):
-                names.append(name.group(1))
+        for found in function.finditer(text):
+            is_test = re.search(r"#\[test\]\s*$", text[: found.start()]) is not None
+            asks = "PATROLD_DATA" in found[2]
+            if is_test:
+                bodies.append((found[1], asks, found[2], path))
+            elif asks:
+                helpers.add(found[1])
+    calls = re.compile(r"\b(?:" + "|".join(sorted(helpers)) + r")\(")
+    near = re.compile(r"PATROLD_DATA|^mod common;|common::", re.M)
+    for name, asks, body, path in bodies:
+        if asks or (calls.search(body) and near.search(path.read_text(encoding="utf-8"))):
+            names.append(name)
     return names
 
 

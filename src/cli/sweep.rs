@@ -1,14 +1,13 @@
 //! `patrold sweep --out FILE.ply`: one sweep, through the running service, else straight from the devices.
 
 use super::failure::{DONE, Failure, Outcome};
-use super::{config, output, signals};
+use super::{client, config, files, output, signals};
 use crate::config::Settings;
 use crate::devices::{Cancel, Clock, NoteLevel, Station, SweepRequest};
 use crate::formats::write_ply;
-use crate::sweep::{Sweep, assemble};
+use crate::sweep::{Quality, Sweep, assemble};
 use clap::Args;
 use serde_json::json;
-use std::fs;
 use std::path::PathBuf;
 use std::sync::mpsc;
 
@@ -70,7 +69,7 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
         if !station.position_trusted() {
             station.home(cancel)?;
         }
-        let request = SweepRequest::new(&settings.sweep, &settings.sweep.pans_rad);
+        let request = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
         let raw = station.sweep(&request, cancel)?;
         station.park()?;
         Ok(raw)
@@ -86,8 +85,7 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
 /// Writes the cloud and says what it is worth. A sweep that must not be judged is written all the same, and a failure.
 fn report(args: &SweepArgs, taken: Taken) -> Outcome {
     let path = args.out.display();
-    fs::write(&args.out, &taken.ply)
-        .map_err(|error| Failure::Failed(format!("{path}: {error}")))?;
+    files::write(&args.out, &taken.ply)?;
     let quality = &taken.quality;
     if args.json {
         output::json(&json!({

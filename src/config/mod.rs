@@ -8,7 +8,6 @@ mod layers;
 mod load;
 mod mount;
 mod reading;
-mod mount;
 mod settings;
 mod template;
 mod value;

@@ -40,7 +40,7 @@ fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
     let who = station.describe().expect("both tell");
     assert_eq!(who.laser.serial, "H0706400");
     assert_eq!(who.ptu.supply_v, Some(24.0));
-    let mut request = SweepRequest::new(&settings.sweep, &[0.1]);
+    let mut request = SweepRequest::new(&settings.sweep, &settings.mount, &[0.1]);
     request.tilt_from_rad = -0.1;
     let refused = station.sweep(&request, &Cancel::new());
     assert!(matches!(refused, Err(DeviceError::PositionLost { .. })));
@@ -92,7 +92,8 @@ fn dropped_in_the_middle_the_laser_goes_off() {
     let cancel = Cancel::new();
     let later = cancel.clone();
     let sweeping = thread::spawn(move || {
-        let request = SweepRequest::new(&Settings::defaults().sweep, &[0.0]);
+        let settings = Settings::defaults();
+        let request = SweepRequest::new(&settings.sweep, &settings.mount, &[0.0]);
         let outcome = station.sweep(&request, &later);
         drop(station);
         outcome

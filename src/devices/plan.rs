@@ -4,7 +4,7 @@ use super::constants::{
     APPROACH_RAD_S, LEAST_RANGE_RAD, LIMIT_MARGIN_STEPS, LINE_SHARE, MARGIN_LINES,
 };
 use super::error::DeviceError;
-use crate::config::{PtuSettings, SweepMode, SweepSettings};
+use crate::config::{MountSettings, PtuSettings, SweepMode, SweepSettings};
 use crate::geometry::Mount;
 use crate::scan::Optics;
 use ptu::{AxisIdentity, AxisScale, HeadIdentity, Sign};
@@ -27,11 +27,13 @@ pub struct SweepRequest {
     pub step_rad: f64,
     /// Pans, radians, in this order.
     pub pans_rad: Vec<f64>,
+    /// Where the laser sits; stored with the sweep.
+    pub mount: Mount,
 }
 
 impl SweepRequest {
     /// The configured sweep at these pans (`Settings::pans_rad` knows a waypoint's).
-    pub fn new(settings: &SweepSettings, pans_rad: &[f64]) -> Self {
+    pub fn new(settings: &SweepSettings, mount: &MountSettings, pans_rad: &[f64]) -> Self {
         Self {
             mode: settings.mode,
             tilt_from_rad: settings.tilt_from_rad,
@@ -39,6 +41,7 @@ impl SweepRequest {
             speed_rad_s: settings.speed_rad_s,
             step_rad: settings.step_rad,
             pans_rad: pans_rad.to_vec(),
+            mount: mount.chain(),
         }
     }
 }
@@ -52,8 +55,6 @@ pub struct HeadFacts<'a> {
     pub settings: &'a PtuSettings,
     /// Its port, for messages.
     pub port: &'a str,
-    /// What it carries the laser with.
-    pub mount: &'a Mount,
 }
 
 /// The laser as the plan sees it.
@@ -172,7 +173,7 @@ impl SweepPlan {
                 period_s: parameters.scan_period().as_secs_f64(),
             },
             stream,
-            mount: head.mount.clone(),
+            mount: request.mount.clone(),
             line_period,
             pans,
             tilt: swing.plan,

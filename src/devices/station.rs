@@ -17,7 +17,6 @@ use super::port_name::{Line, PortName};
 use super::report::{DevicesReport, HeadReport, LaserReport};
 use super::sweep_run::{PortNames, RunAction, SweepRun};
 use crate::config::{PtuSettings, Settings};
-use crate::geometry::Mount;
 use crate::sweep::RawSweep;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
@@ -41,7 +40,6 @@ pub struct Station {
     laser_port: PortName,
     head_port: PortName,
     ptu: PtuSettings,
-    mount: Mount,
     clock: Clock,
 }
 
@@ -121,7 +119,6 @@ impl Station {
             laser_port,
             head_port,
             ptu: settings.ptu.clone(),
-            mount: settings.mount.chain(),
             clock,
         })
     }
@@ -321,7 +318,6 @@ impl Station {
                 identity: self.known.head()?,
                 settings: &self.ptu,
                 port: &self.head_port.name,
-                mount: &self.mount,
             },
             LaserFacts {
                 parameters,

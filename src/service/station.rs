@@ -85,7 +85,7 @@ impl Robot for StationRobot {
             Some(name) => settings.pans_rad(name),
             None => &settings.sweep.pans_rad,
         };
-        let request = SweepRequest::new(&settings.sweep, pans_rad);
+        let request = SweepRequest::new(&settings.sweep, &settings.mount, pans_rad);
         let taken = self
             .be_trusted(cancel)
             .and_then(|()| self.station.sweep(&request, cancel));

@@ -205,6 +205,7 @@ fn swept(scene: &str, turn: u64) -> RawSweep {
             dmax_mm: 5600,
             period_s: PERIOD.as_secs_f64(),
         },
+        mount: Settings::defaults().mount.chain(),
         tilt_rad_per_step: TILT_RAD_PER_STEP,
         tilt_zero_rad: 0.0,
         tilt_low_rad: FROM_RAD,
