@@ -120,6 +120,13 @@ impl Machine {
         match event {
             Event::DevicesReady => self.devices_ready(&mut out),
             Event::DevicesFailed(reason) => self.devices_failed(now, reason, &mut out),
+            Event::DevicesLost(reason) => {
+                // During a sweep, the sweep tells it.
+                let sweeping = matches!(self.in_hand, Some((_, Step::Sweeping)));
+                if self.devices == Devices::Ready && !sweeping {
+                    self.devices_failed(now, reason, &mut out);
+                }
+            }
             Event::DevicesClosed => {
                 if self.stopping {
                     self.devices = Devices::Closed;
@@ -235,8 +242,16 @@ impl Machine {
         let retry_at = now + self.pause;
         self.pause = (2 * self.pause).min(LONGEST_RETRY);
         self.devices = Devices::Lost { reason, retry_at };
+        // It had its attempt.
         if let Some(request) = self.take_waiting() {
-            self.sweep(request, out);
+            self.no_devices(request, out);
+        }
+    }
+
+    fn no_devices(&mut self, request: Request, out: &mut Vec<Action>) {
+        if let Devices::Lost { reason, .. } = &self.devices {
+            let reason = format!("no devices: {reason}");
+            self.not_swept(request, reason, out);
         }
     }
 
@@ -281,9 +296,10 @@ impl Machine {
                 Step::Sweeping
             }
             Devices::Opening => Step::Waiting,
-            Devices::Lost { reason, .. } => {
-                let reason = format!("no devices: {reason}");
-                return self.not_swept(request, reason, out);
+            // They may be back long before the next attempt is due.
+            Devices::Lost { .. } => {
+                self.open(out);
+                Step::Waiting
             }
             Devices::Closed => {
                 out.push(Action::Refuse(request, Refusal::Stopping));

@@ -1,13 +1,14 @@
 //! The conductor: turns what reaches the loop into events for the patrol, and carries out the patrol's actions.
 
 use super::constants::JUDGE_LIMIT;
-use super::judge::{ReadyReferences, judge};
+use super::judge::{Judged, ReadyReferences, judge};
 use super::ledger::Ledger;
 use super::logging::LogLevel;
 use super::message::{Ask, Message};
 use super::replies::{Reply, StatusReply};
 use super::robot_thread::{RobotEvent, RobotThread};
 use super::stamp::stamp_now;
+use super::steady::SteadyWall;
 use super::systemd::Systemd;
 use super::work::{Work, refusal};
 use crate::config::{Loaded, Settings};
@@ -58,6 +59,8 @@ pub struct Conductor {
     overdue: bool,
     retention_due: Instant,
     exited: bool,
+    started: Instant,
+    wall: SteadyWall,
 }
 
 impl Conductor {
@@ -82,6 +85,8 @@ impl Conductor {
             overdue: false,
             retention_due: now,
             exited: false,
+            started: now,
+            wall: SteadyWall::default(),
         };
         let version = env!("CARGO_PKG_VERSION");
         conductor.note(Level::Info, "service", format!("patrold {version} started"));
@@ -144,6 +149,8 @@ impl Conductor {
     /// Time has passed.
     pub fn tick(&mut self) {
         self.look_for_askers();
+        let wall = jiff::Timestamp::now();
+        self.wall.look(self.started.elapsed(), wall);
         self.handle(Event::Tick);
         let too_long = self.judging && self.began.elapsed() > JUDGE_LIMIT;
         let overdue = too_long || self.hands.robot.is_overdue() || self.hands.ledger.is_overdue();
@@ -168,17 +175,20 @@ impl Conductor {
     /// The service shall end.
     pub fn stop(&mut self) {
         self.hands.systemd.stopping();
+        self.hands.ledger.hurry();
         self.handle(Event::Shutdown);
     }
 
-    /// Ends: everything asked of the writer is on disk when this returns.
-    pub fn finish(mut self) {
+    /// Ends: everything asked of the writer is on disk when this returns, unless the disk takes longer than `limit`.
+    pub fn finish(mut self, limit: Duration) {
         if !self.exited {
             let text = "the devices did not come to rest in time; ended without them";
             self.note(Level::Error, "service", text.to_owned());
         }
         self.note(Level::Info, "service", "patrold stopped".to_owned());
-        self.hands.ledger.finish();
+        if !self.hands.ledger.finish(limit) {
+            tracing::error!("the disk did not take everything in time; ended without it");
+        }
     }
 
     fn handle(&mut self, event: Event) {
@@ -198,6 +208,7 @@ impl Conductor {
                 Event::DevicesReady
             }
             RobotEvent::Failed(reason) => Event::DevicesFailed(reason),
+            RobotEvent::Lost(reason) => Event::DevicesLost(reason),
             RobotEvent::Closed => Event::DevicesClosed,
             RobotEvent::Swept(id, raw) => {
                 let spent = self
@@ -305,15 +316,12 @@ impl Conductor {
         let (ready, inbox) = (self.ready.clone(), self.hands.inbox.clone());
         self.began = Instant::now();
         self.judging = true;
-        tokio::task::spawn_blocking(move || {
-            let judged = judge(
-                task,
-                &waypoint,
-                &raw,
-                reference.as_deref(),
-                &settings,
-                &ready,
-            );
+        let judging = tokio::task::spawn_blocking(move || {
+            let reference = reference.as_deref();
+            judge(task, &waypoint, &raw, reference, &settings, &ready)
+        });
+        tokio::spawn(async move {
+            let judged = judging.await.unwrap_or_else(Judged::broken);
             send(&inbox, Message::Judged(id, judged));
         });
     }

@@ -322,3 +322,26 @@ fn a_teach_whose_asker_went_away_leaves_no_reference() {
     assert_eq!(names.len(), 1, "only c");
     house.stop();
 }
+
+#[test]
+fn idle_devices_that_go_away_are_told_and_opened_anew() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    configure(dir.path(), "");
+    let house = House::start(dir.path(), &Scripted::new(BEFORE));
+    let state = |h: &House| h.status()["devices"]["state"].clone();
+    house.until("they are ready", |h| state(h) == "ready");
+    {
+        let mut script = house.robot.script();
+        (script.unplugged, script.absent) = (Some("laser unplugged"), Some("laser away"));
+    }
+    house.until("they are lost", |h| state(h) == "lost");
+    assert!(events(&house).iter().any(|e| e == "laser unplugged"));
+    {
+        let mut script = house.robot.script();
+        (script.unplugged, script.absent) = (None, None);
+    }
+    // At once, whenever the next attempt is due.
+    assert_eq!(house.ask("POST", "/sweep", "").status, 200);
+    assert_eq!(state(&house), "ready");
+    house.stop();
+}

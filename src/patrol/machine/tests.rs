@@ -214,19 +214,56 @@ fn without_devices_a_visit_is_not_observed_and_the_devices_are_tried_again_ever_
         }
         pause = (2 * pause).min(LONGEST_RETRY);
     }
-    machine.handle(now, Event::Requested(visit(1)));
-    let reason = "no devices: no laser".to_owned();
-    assert_eq!(
-        machine.handle(now, Event::Prepared(1, Ok(()))),
-        [Action::RecordNotObserved(visit(1), reason)]
-    );
-    machine.handle(now, Event::Recorded(1, Ok(())));
+}
+
+#[test]
+fn a_request_to_lost_devices_has_one_attempt_of_its_own() {
+    let (mut machine, _) = Machine::start();
+    let gone = || Event::DevicesFailed("no laser".to_owned());
+    machine.handle(Duration::ZERO, gone());
     let sweep = request(2, Task::Sweep);
-    let refusal = Refusal::NoSweep("sweep refused: no devices: no laser".to_owned());
-    assert_eq!(
-        machine.handle(now, Event::Requested(sweep.clone())),
-        [Action::Refuse(sweep, refusal)]
+    let reason = "no devices: no laser".to_owned();
+    let refusal = Refusal::NoSweep(format!("sweep refused: {reason}"));
+    walk(
+        &mut machine,
+        vec![
+            (Event::Requested(visit(1)), vec![Action::Prepare(visit(1))]),
+            (Event::Prepared(1, Ok(())), vec![Action::OpenDevices]),
+            (gone(), vec![Action::RecordNotObserved(visit(1), reason)]),
+            (Event::Recorded(1, Ok(())), vec![Action::Reply(visit(1))]),
+            (Event::Requested(sweep.clone()), vec![Action::OpenDevices]),
+            (gone(), vec![Action::Refuse(sweep.clone(), refusal)]),
+            (Event::Requested(visit(3)), vec![Action::Prepare(visit(3))]),
+            (Event::Prepared(3, Ok(())), vec![Action::OpenDevices]),
+            (
+                Event::DevicesReady,
+                vec![ready_note(), Action::StartSweep(visit(3))],
+            ),
+        ],
     );
+}
+
+#[test]
+fn devices_that_go_away_while_idle_are_lost_and_tried_again() {
+    let mut machine = ready();
+    let lost = || Event::DevicesLost("laser unplugged".to_owned());
+    walk(
+        &mut machine,
+        vec![
+            (lost(), vec![error_note("laser unplugged")]),
+            (lost(), vec![]),
+        ],
+    );
+    assert_eq!(machine.phase(), "devices lost");
+    assert_eq!(
+        machine.handle(FIRST_RETRY, Event::Tick),
+        [Action::OpenDevices]
+    );
+    machine.handle(FIRST_RETRY, Event::DevicesReady);
+    let sweep = request(1, Task::Sweep);
+    machine.handle(FIRST_RETRY, Event::Requested(sweep));
+    assert_eq!(machine.handle(FIRST_RETRY, lost()), [], "the sweep tells");
+    assert_eq!(machine.phase(), "sweeping");
 }
 
 #[test]
