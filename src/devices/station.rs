@@ -1,6 +1,7 @@
 //! Both devices as one object with blocking calls, for the service and the command line.
 
 mod park;
+mod watch;
 
 use super::cancel::Cancel;
 use super::clock::Clock;

@@ -36,6 +36,8 @@ pub enum Action {
     Reply(Request),
     /// Tell the asker why there is none.
     Refuse(Request, Refusal),
+    /// Forget the request: its asker went away. Nothing is stored for it.
+    Drop(Request),
     /// Put the new settings in force.
     ApplySettings,
     /// Keep the old settings and say every mistake in the new ones.

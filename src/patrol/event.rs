@@ -85,10 +85,14 @@ pub enum Event {
     DevicesReady,
     /// The devices could not be opened.
     DevicesFailed(String),
+    /// Devices that were ready went away while nothing was asked of them.
+    DevicesLost(String),
     /// The devices are let go: laser off, head stopped.
     DevicesClosed,
     /// Somebody asks for something.
     Requested(Request),
+    /// Whoever asked does not wait for the outcome any more.
+    AskerGone(u64),
     /// The waypoint's reference is there, or why not.
     Prepared(u64, Result<(), Refusal>),
     /// The sweep is taken.

@@ -55,6 +55,8 @@ pub struct Machine {
     pause: Duration,
     in_hand: Option<(Request, Step)>,
     waiting: VecDeque<Request>,
+    /// A request whose sweep is being called off because its asker went away.
+    unwanted: Option<u64>,
     change: Option<Change>,
     stopping: bool,
     exited: bool,
@@ -68,6 +70,7 @@ impl Machine {
             pause: FIRST_RETRY,
             in_hand: None,
             waiting: VecDeque::new(),
+            unwanted: None,
             change: None,
             stopping: false,
             exited: false,
@@ -117,12 +120,20 @@ impl Machine {
         match event {
             Event::DevicesReady => self.devices_ready(&mut out),
             Event::DevicesFailed(reason) => self.devices_failed(now, reason, &mut out),
+            Event::DevicesLost(reason) => {
+                // During a sweep, the sweep tells it.
+                let sweeping = matches!(self.in_hand, Some((_, Step::Sweeping)));
+                if self.devices == Devices::Ready && !sweeping {
+                    self.devices_failed(now, reason, &mut out);
+                }
+            }
             Event::DevicesClosed => {
                 if self.stopping {
                     self.devices = Devices::Closed;
                 }
             }
             Event::Requested(request) => self.requested(request, &mut out),
+            Event::AskerGone(id) => self.asker_gone(id, &mut out),
             Event::Prepared(id, result) => {
                 if let Some(request) = self.take(id, Step::Preparing) {
                     match result {
@@ -231,8 +242,16 @@ impl Machine {
         let retry_at = now + self.pause;
         self.pause = (2 * self.pause).min(LONGEST_RETRY);
         self.devices = Devices::Lost { reason, retry_at };
+        // It had its attempt.
         if let Some(request) = self.take_waiting() {
-            self.sweep(request, out);
+            self.no_devices(request, out);
+        }
+    }
+
+    fn no_devices(&mut self, request: Request, out: &mut Vec<Action>) {
+        if let Devices::Lost { reason, .. } = &self.devices {
+            let reason = format!("no devices: {reason}");
+            self.not_swept(request, reason, out);
         }
     }
 
@@ -246,6 +265,30 @@ impl Machine {
         }
     }
 
+    /// Nobody waits for the outcome: a robot that moved on must not be swept for it. A visit whose sweep has begun
+    /// is finished, for its alarm counts whoever asked; a reference that nobody is told of is not taken.
+    fn asker_gone(&mut self, id: u64, out: &mut Vec<Action>) {
+        if let Some(at) = self.waiting.iter().position(|r| r.id == id) {
+            out.extend(self.waiting.remove(at).map(Action::Drop));
+            return;
+        }
+        let Some((request, step)) = self.in_hand.take_if(|(r, _)| r.id == id) else {
+            return;
+        };
+        match (step, request.task) {
+            (Step::Preparing | Step::Waiting, _) | (Step::Judging, Task::Teach | Task::Sweep) => {
+                out.push(Action::Drop(request));
+            }
+            (step, task) => {
+                if step == Step::Sweeping && task != Task::Visit && !self.stopping {
+                    self.unwanted = Some(id);
+                    out.push(Action::CancelDevices);
+                }
+                self.in_hand = Some((request, step));
+            }
+        }
+    }
+
     fn sweep(&mut self, request: Request, out: &mut Vec<Action>) {
         let step = match &self.devices {
             Devices::Ready => {
@@ -253,9 +296,10 @@ impl Machine {
                 Step::Sweeping
             }
             Devices::Opening => Step::Waiting,
-            Devices::Lost { reason, .. } => {
-                let reason = format!("no devices: {reason}");
-                return self.not_swept(request, reason, out);
+            // They may be back long before the next attempt is due.
+            Devices::Lost { .. } => {
+                self.open(out);
+                Step::Waiting
             }
             Devices::Closed => {
                 out.push(Action::Refuse(request, Refusal::Stopping));
@@ -285,6 +329,10 @@ impl Machine {
         let Some(request) = self.take(id, Step::Sweeping) else {
             return;
         };
+        if self.unwanted.take() == Some(id) {
+            out.push(Action::Drop(request));
+            return;
+        }
         if self.stopping {
             let reason = "the service was stopped before the sweep was judged".to_owned();
             return self.not_swept(request, reason, out);
@@ -300,6 +348,13 @@ impl Machine {
         if self.stopping {
             let reason = "the service was stopped during the sweep".to_owned();
             return self.not_swept(request, reason, out);
+        }
+        if self.unwanted.take() == Some(id) {
+            if lost {
+                self.open(out);
+            }
+            out.push(Action::Drop(request));
+            return;
         }
         out.push(Action::Note(
             Weight::Error,

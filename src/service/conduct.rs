@@ -1,13 +1,14 @@
 //! The conductor: turns what reaches the loop into events for the patrol, and carries out the patrol's actions.
 
 use super::constants::JUDGE_LIMIT;
-use super::judge::{ReadyReferences, judge};
+use super::judge::{Judged, ReadyReferences, judge};
 use super::ledger::Ledger;
 use super::logging::LogLevel;
 use super::message::{Ask, Message};
 use super::replies::{Reply, StatusReply};
 use super::robot_thread::{RobotEvent, RobotThread};
 use super::stamp::stamp_now;
+use super::steady::SteadyWall;
 use super::systemd::Systemd;
 use super::work::{Work, refusal};
 use crate::config::{Loaded, Settings};
@@ -58,6 +59,8 @@ pub struct Conductor {
     overdue: bool,
     retention_due: Instant,
     exited: bool,
+    started: Instant,
+    wall: SteadyWall,
 }
 
 impl Conductor {
@@ -82,6 +85,8 @@ impl Conductor {
             overdue: false,
             retention_due: now,
             exited: false,
+            started: now,
+            wall: SteadyWall::default(),
         };
         let version = env!("CARGO_PKG_VERSION");
         conductor.note(Level::Info, "service", format!("patrold {version} started"));
@@ -102,6 +107,7 @@ impl Conductor {
 
     /// Deals with one message.
     pub fn take(&mut self, message: Message) {
+        self.look_for_askers();
         let event = match message {
             Message::Robot(event) => self.robot_event(event),
             Message::Ask(ask) => self.asked(ask),
@@ -116,8 +122,8 @@ impl Conductor {
             Message::Judged(id, judged) => {
                 let result = judged.finding.as_ref().map(|_| ()).map_err(Clone::clone);
                 let spent = self.lap_ms();
-                self.judging = false;
                 if let Some(work) = self.work.as_mut().filter(|w| w.request.id == id) {
+                    self.judging = false;
                     work.timing.judge = spent;
                     work.judged = Some(judged);
                 }
@@ -142,6 +148,9 @@ impl Conductor {
 
     /// Time has passed.
     pub fn tick(&mut self) {
+        self.look_for_askers();
+        let wall = jiff::Timestamp::now();
+        self.wall.look(self.started.elapsed(), wall);
         self.handle(Event::Tick);
         let too_long = self.judging && self.began.elapsed() > JUDGE_LIMIT;
         let overdue = too_long || self.hands.robot.is_overdue() || self.hands.ledger.is_overdue();
@@ -166,17 +175,20 @@ impl Conductor {
     /// The service shall end.
     pub fn stop(&mut self) {
         self.hands.systemd.stopping();
+        self.hands.ledger.hurry();
         self.handle(Event::Shutdown);
     }
 
-    /// Ends: everything asked of the writer is on disk when this returns.
-    pub fn finish(mut self) {
+    /// Ends: everything asked of the writer is on disk when this returns, unless the disk takes longer than `limit`.
+    pub fn finish(mut self, limit: Duration) {
         if !self.exited {
             let text = "the devices did not come to rest in time; ended without them";
             self.note(Level::Error, "service", text.to_owned());
         }
         self.note(Level::Info, "service", "patrold stopped".to_owned());
-        self.hands.ledger.finish();
+        if !self.hands.ledger.finish(limit) {
+            tracing::error!("the disk did not take everything in time; ended without it");
+        }
     }
 
     fn handle(&mut self, event: Event) {
@@ -196,6 +208,7 @@ impl Conductor {
                 Event::DevicesReady
             }
             RobotEvent::Failed(reason) => Event::DevicesFailed(reason),
+            RobotEvent::Lost(reason) => Event::DevicesLost(reason),
             RobotEvent::Closed => Event::DevicesClosed,
             RobotEvent::Swept(id, raw) => {
                 let spent = self
@@ -246,6 +259,7 @@ impl Conductor {
                     tracing::warn!(WAYPOINT = %waypoint, "{task} {waypoint}: {refusal}");
                     self.answer(request.id, Reply::Refused(refusal));
                 }
+                Action::Drop(request) => self.forget(&request),
                 Action::ApplySettings => self.apply(),
                 Action::KeepSettings(mistakes) => self.keep(&mistakes),
                 Action::Note(weight, text) => {
@@ -302,15 +316,12 @@ impl Conductor {
         let (ready, inbox) = (self.ready.clone(), self.hands.inbox.clone());
         self.began = Instant::now();
         self.judging = true;
-        tokio::task::spawn_blocking(move || {
-            let judged = judge(
-                task,
-                &waypoint,
-                &raw,
-                reference.as_deref(),
-                &settings,
-                &ready,
-            );
+        let judging = tokio::task::spawn_blocking(move || {
+            let reference = reference.as_deref();
+            judge(task, &waypoint, &raw, reference, &settings, &ready)
+        });
+        tokio::spawn(async move {
+            let judged = judging.await.unwrap_or_else(Judged::broken);
             send(&inbox, Message::Judged(id, judged));
         });
     }
@@ -354,6 +365,28 @@ impl Conductor {
             // An asker that went away hears nothing; the log knows.
             let _ = answer.send(reply);
         }
+    }
+
+    /// Tells the patrol of every asker that hung up.
+    fn look_for_askers(&mut self) {
+        let closed = self.answers.iter().filter(|(_, a)| a.is_closed());
+        let mut gone: Vec<u64> = closed.map(|(id, _)| *id).collect();
+        // Those behind first, or they would be begun when the one before them is dropped.
+        gone.sort_unstable_by(|a, b| b.cmp(a));
+        for id in gone {
+            self.answers.remove(&id);
+            self.handle(Event::AskerGone(id));
+        }
+    }
+
+    fn forget(&mut self, request: &Request) {
+        self.work.take_if(|work| work.request.id == request.id);
+        self.raw = None;
+        self.judging = false;
+        let (task, waypoint) = (request.task.word(), &request.waypoint);
+        let what = format!("{task} {waypoint}");
+        let text = format!("{} dropped: whoever asked went away", what.trim_end());
+        self.note(Level::Warning, "service", text);
     }
 
     fn lap_ms(&self) -> f64 {

@@ -6,11 +6,18 @@ use std::time::Duration;
 /// Pace of the loop: retries, deadlines and the watchdog are looked at so often.
 pub const TICK: Duration = Duration::from_millis(100);
 
+/// Idle devices are looked at so often: a client that asks for the status after a cable came off learns it within
+/// a second or two.
+pub const WATCH_PACE: Duration = Duration::from_secs(1);
+
 /// From the wish to stop to the end, whatever hangs; the promise is 3 s.
 pub const STOP_LIMIT: Duration = Duration::from_millis(2500);
 
-/// For answers on their way out at the end; with [`STOP_LIMIT`] below the promised 3 s.
-pub const LAST_WORDS_LIMIT: Duration = Duration::from_millis(300);
+/// For what the writer still has in hand at the end, where [`STOP_LIMIT`] leaves no more.
+pub const LAST_WRITES_LIMIT: Duration = Duration::from_millis(200);
+
+/// For answers on their way out at the end; with [`STOP_LIMIT`] and [`LAST_WRITES_LIMIT`] below the promised 3 s.
+pub const LAST_WORDS_LIMIT: Duration = Duration::from_millis(250);
 
 /// The watchdog is fed at this share of its period, as sd_watchdog_enabled(3) advises.
 pub const WATCHDOG_SHARE: f64 = 0.5;
@@ -41,6 +48,13 @@ pub const WRITE_LIMIT: Duration = Duration::from_secs(60);
 
 /// Pause between two looks at what retention lets go.
 pub const RETENTION_PAUSE: Duration = Duration::from_secs(3600);
+
+/// Sweeps go by age only after the wall clock has kept pace for so long: a machine that boots with a wrong time has
+/// it set from the network within minutes.
+pub const STEADY_FOR: Duration = Duration::from_secs(3600);
+
+/// A wall clock that strays so far from the monotone one has been set: slewing gains 2 s an hour (adjtime, 500 ppm).
+pub const WALL_STEP: Duration = Duration::from_secs(60);
 
 /// Longest name of a waypoint, bytes.
 pub const LONGEST_NAME: usize = 64;

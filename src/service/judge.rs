@@ -11,6 +11,7 @@ use crate::store::StoredReference;
 use crate::sweep::{Quality, RawSweep, assemble, encode};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
+use tokio::task::JoinError;
 
 /// References kept ready between visits; each takes some tens of megabytes.
 const KEPT_READY: usize = 8;
@@ -53,6 +54,25 @@ pub struct Judged {
     pub kept: Option<Kept>,
     /// What was found.
     pub finding: Result<Finding, String>,
+}
+
+impl Judged {
+    /// What is left of a judgement that ended in a panic: no verdict, and the panic's own words.
+    pub fn broken(error: JoinError) -> Self {
+        let words = match error.try_into_panic() {
+            Ok(panic) => match panic.downcast::<String>() {
+                Ok(text) => *text,
+                Err(panic) => panic
+                    .downcast::<&str>()
+                    .map_or_else(|_| "no words".to_owned(), |text| (*text).to_owned()),
+            },
+            Err(cancelled) => cancelled.to_string(),
+        };
+        Self {
+            kept: None,
+            finding: Err(format!("the engine failed: {}", words.replace('\n', " "))),
+        }
+    }
 }
 
 /// References made ready, newest last; shared by all visits under the same settings.
@@ -153,4 +173,30 @@ fn compare(
     report.novelties = novelties;
     let verdict = detection.verdict;
     Ok(Finding::Visit(Box::new(Judgement { verdict, report })))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Judged;
+
+    #[test]
+    fn an_engine_that_panics_gives_a_reason_instead_of_silence() {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .build()
+            .expect("a runtime");
+        for figure in [None, Some(7)] {
+            let judging = runtime.spawn_blocking(move || -> Judged {
+                match figure {
+                    None => panic!("no figures\nat all"),
+                    Some(figure) => panic!("figure {figure}"),
+                }
+            });
+            let ended = runtime.block_on(judging);
+            let judged = ended.unwrap_or_else(Judged::broken);
+            let told = judged.finding.expect_err("no verdict");
+            let expected = figure.map_or("no figures at all", |_| "figure 7");
+            assert_eq!(told, format!("the engine failed: {expected}"));
+            assert!(judged.kept.is_none());
+        }
+    }
 }

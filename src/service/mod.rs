@@ -16,6 +16,7 @@ mod run;
 mod socket;
 mod stamp;
 mod station;
+mod steady;
 mod systemd;
 mod work;
 

@@ -13,6 +13,14 @@ pub trait Robot: Send {
     /// Who answers: models, serial numbers, firmware, as JSON for the status.
     fn describe(&mut self) -> Value;
 
+    /// Looks whether the devices are still there, while nothing is asked of them; returns at once.
+    ///
+    /// # Errors
+    /// What went wrong, where they must be opened anew.
+    fn watch(&mut self) -> Result<(), Fault> {
+        Ok(())
+    }
+
     /// Takes a sweep; blocks until it is done.
     ///
     /// # Errors

@@ -1,12 +1,12 @@
 //! The thread that owns the robot: its calls block, so they have a thread of their own, and a bound each.
 
-use super::constants::{LEG_LIMIT, LINE_LIMIT, OPEN_LIMIT, RECOVERY_LIMIT, TILT_SLACK};
+use super::constants::{LEG_LIMIT, LINE_LIMIT, OPEN_LIMIT, RECOVERY_LIMIT, TILT_SLACK, WATCH_PACE};
 use super::robot::{Connect, Fault, Notes, Robot};
 use crate::config::{Settings, SweepMode};
 use crate::devices::{Cancel, Clock};
 use crate::sweep::RawSweep;
 use serde_json::Value;
-use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -18,6 +18,8 @@ pub enum RobotEvent {
     Ready(Value),
     /// Not connected.
     Failed(String),
+    /// Gone while nothing was asked of them.
+    Lost(String),
     /// Let go.
     Closed,
     /// A sweep, for the request of that number.
@@ -127,21 +129,42 @@ struct Owner<F> {
 
 impl<F: FnMut(RobotEvent)> Owner<F> {
     fn run(mut self, inbox: &Receiver<Order>) {
-        while let Ok(order) = inbox.recv() {
+        loop {
+            let order = match inbox.recv_timeout(WATCH_PACE) {
+                Ok(order) => Some(order),
+                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Disconnected) => return,
+            };
             let event = match order {
-                Order::Open(settings, cancel) => self.open(&settings, &cancel),
-                Order::Sweep(id, settings, waypoint, cancel) => {
-                    Some(self.sweep(id, &settings, waypoint.as_deref(), &cancel))
-                }
-                Order::Close => {
-                    self.robot = None;
-                    Some(RobotEvent::Closed)
-                }
+                None => self.watch(),
+                Some(order) => self.obey(order),
             };
             if let Some(event) = event {
                 (self.tell)(event);
             }
         }
+    }
+
+    fn obey(&mut self, order: Order) -> Option<RobotEvent> {
+        match order {
+            Order::Open(settings, cancel) => self.open(&settings, &cancel),
+            Order::Sweep(id, settings, waypoint, cancel) => {
+                Some(self.sweep(id, &settings, waypoint.as_deref(), &cancel))
+            }
+            Order::Close => {
+                self.robot = None;
+                Some(RobotEvent::Closed)
+            }
+        }
+    }
+
+    /// Lost devices are let go: whoever hears of it opens them anew.
+    fn watch(&mut self) -> Option<RobotEvent> {
+        let fault = self.robot.as_mut()?.watch().err().filter(|f| f.lost)?;
+        self.begin(LEG_LIMIT);
+        self.robot = None;
+        self.end();
+        Some(RobotEvent::Lost(fault.reason))
     }
 
     /// An opening that was cancelled tells nothing: whoever cancelled it ordered something else.

@@ -2,7 +2,7 @@
 
 use super::api;
 use super::conduct::{Conductor, Hands};
-use super::constants::{LAST_WORDS_LIMIT, STOP_LIMIT, TICK};
+use super::constants::{LAST_WORDS_LIMIT, LAST_WRITES_LIMIT, STOP_LIMIT, TICK};
 use super::error::ServiceError;
 use super::ledger::Ledger;
 use super::lock::StoreLock;
@@ -151,7 +151,8 @@ pub async fn serve(plan: Plan, mut controls: Receiver<Control>) -> Result<(), Se
         }
     }
     drop(socket_file);
-    conductor.finish();
+    let left = stop_by.map(|at| at.saturating_duration_since(Instant::now()));
+    conductor.finish(left.unwrap_or_default().max(LAST_WRITES_LIMIT));
     // Nobody takes requests any more; answers that were given are still on their way out.
     drop((messages, stop_web));
     if timeout(LAST_WORDS_LIMIT, web).await.is_err() {

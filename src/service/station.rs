@@ -78,6 +78,19 @@ impl Robot for StationRobot {
         }
     }
 
+    fn watch(&mut self) -> Result<(), Fault> {
+        self.station.watch().map_err(|error| {
+            // The next station may take the head as it is found; this one knows better.
+            if !self.station.position_trusted() {
+                self.doubtful.store(true, Ordering::Relaxed);
+            }
+            Fault {
+                reason: error.to_string(),
+                lost: true,
+            }
+        })
+    }
+
     fn sweep(
         &mut self,
         settings: &Settings,

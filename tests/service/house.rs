@@ -35,6 +35,8 @@ pub struct Script {
     pub act: Act,
     /// Why connecting fails.
     pub absent: Option<&'static str>,
+    /// What a look at the connected devices finds.
+    pub unplugged: Option<&'static str>,
     pub connections: usize,
     pub sweeps: u64,
     /// Connections that were let go.
@@ -49,6 +51,7 @@ impl Scripted {
         Self(Arc::new(Mutex::new(Script {
             act,
             absent: None,
+            unplugged: None,
             connections: 0,
             sweeps: 0,
             parked: 0,
@@ -91,6 +94,15 @@ impl Drop for Connected {
 impl Robot for Connected {
     fn describe(&mut self) -> Value {
         json!({"laser": {"serial": "H0000000"}})
+    }
+
+    fn watch(&mut self) -> Result<(), Fault> {
+        self.0.script().unplugged.map_or(Ok(()), |reason| {
+            Err(Fault {
+                reason: reason.to_owned(),
+                lost: true,
+            })
+        })
     }
 
     fn sweep(

@@ -282,3 +282,66 @@ fn wrong_requests_get_one_line_each() {
     }
     house.stop();
 }
+
+#[test]
+fn a_teach_whose_asker_went_away_leaves_no_reference() {
+    use std::io::Write as _;
+    let dir = tempfile::tempdir().expect("temp dir");
+    configure(dir.path(), "");
+    let house = House::start(dir.path(), &Scripted::new(Act::Dawdle));
+    let teach = |waypoint: &str| {
+        let mut stream =
+            std::os::unix::net::UnixStream::connect(house.socket()).expect("it listens");
+        let body = format!("{{\"waypoint\": {waypoint:?}}}");
+        write!(
+            stream,
+            "POST /teach HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\n\
+             content-length: {}\r\n\r\n{body}",
+            body.len()
+        )
+        .expect("asked");
+        stream
+    };
+    let first = teach("a");
+    house.until("it sweeps", |h| h.status()["phase"] == "sweeping");
+    let second = teach("b");
+    house.until("the second waits", |h| h.status()["waiting"] == 1);
+    drop(second);
+    house.until("the second is dropped", |h| h.status()["waiting"] == 0);
+    drop(first);
+    house.until("the first is called off", |h| h.status()["phase"] == "idle");
+    assert_eq!(house.robot.script().sweeps, 1, "nothing was swept for b");
+    house.robot.script().act = BEFORE;
+    assert_eq!(house.at("/teach", "c").status, 200);
+    let noted = events(&house);
+    for text in ["teach a dropped: whoever", "teach b dropped: whoever"] {
+        assert!(noted.iter().any(|e| e.starts_with(text)), "{noted:?}");
+    }
+    let store = Store::open_for_reading(&house.dir.join("store")).expect("readable meanwhile");
+    let names = store.waypoints().expect("waypoints");
+    assert_eq!(names.len(), 1, "only c");
+    house.stop();
+}
+
+#[test]
+fn idle_devices_that_go_away_are_told_and_opened_anew() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    configure(dir.path(), "");
+    let house = House::start(dir.path(), &Scripted::new(BEFORE));
+    let state = |h: &House| h.status()["devices"]["state"].clone();
+    house.until("they are ready", |h| state(h) == "ready");
+    {
+        let mut script = house.robot.script();
+        (script.unplugged, script.absent) = (Some("laser unplugged"), Some("laser away"));
+    }
+    house.until("they are lost", |h| state(h) == "lost");
+    assert!(events(&house).iter().any(|e| e == "laser unplugged"));
+    {
+        let mut script = house.robot.script();
+        (script.unplugged, script.absent) = (None, None);
+    }
+    // At once, whenever the next attempt is due.
+    assert_eq!(house.ask("POST", "/sweep", "").status, 200);
+    assert_eq!(state(&house), "ready");
+    house.stop();
+}

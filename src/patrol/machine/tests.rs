@@ -214,19 +214,56 @@ fn without_devices_a_visit_is_not_observed_and_the_devices_are_tried_again_ever_
         }
         pause = (2 * pause).min(LONGEST_RETRY);
     }
-    machine.handle(now, Event::Requested(visit(1)));
-    let reason = "no devices: no laser".to_owned();
-    assert_eq!(
-        machine.handle(now, Event::Prepared(1, Ok(()))),
-        [Action::RecordNotObserved(visit(1), reason)]
-    );
-    machine.handle(now, Event::Recorded(1, Ok(())));
+}
+
+#[test]
+fn a_request_to_lost_devices_has_one_attempt_of_its_own() {
+    let (mut machine, _) = Machine::start();
+    let gone = || Event::DevicesFailed("no laser".to_owned());
+    machine.handle(Duration::ZERO, gone());
     let sweep = request(2, Task::Sweep);
-    let refusal = Refusal::NoSweep("sweep refused: no devices: no laser".to_owned());
-    assert_eq!(
-        machine.handle(now, Event::Requested(sweep.clone())),
-        [Action::Refuse(sweep, refusal)]
+    let reason = "no devices: no laser".to_owned();
+    let refusal = Refusal::NoSweep(format!("sweep refused: {reason}"));
+    walk(
+        &mut machine,
+        vec![
+            (Event::Requested(visit(1)), vec![Action::Prepare(visit(1))]),
+            (Event::Prepared(1, Ok(())), vec![Action::OpenDevices]),
+            (gone(), vec![Action::RecordNotObserved(visit(1), reason)]),
+            (Event::Recorded(1, Ok(())), vec![Action::Reply(visit(1))]),
+            (Event::Requested(sweep.clone()), vec![Action::OpenDevices]),
+            (gone(), vec![Action::Refuse(sweep.clone(), refusal)]),
+            (Event::Requested(visit(3)), vec![Action::Prepare(visit(3))]),
+            (Event::Prepared(3, Ok(())), vec![Action::OpenDevices]),
+            (
+                Event::DevicesReady,
+                vec![ready_note(), Action::StartSweep(visit(3))],
+            ),
+        ],
     );
+}
+
+#[test]
+fn devices_that_go_away_while_idle_are_lost_and_tried_again() {
+    let mut machine = ready();
+    let lost = || Event::DevicesLost("laser unplugged".to_owned());
+    walk(
+        &mut machine,
+        vec![
+            (lost(), vec![error_note("laser unplugged")]),
+            (lost(), vec![]),
+        ],
+    );
+    assert_eq!(machine.phase(), "devices lost");
+    assert_eq!(
+        machine.handle(FIRST_RETRY, Event::Tick),
+        [Action::OpenDevices]
+    );
+    machine.handle(FIRST_RETRY, Event::DevicesReady);
+    let sweep = request(1, Task::Sweep);
+    machine.handle(FIRST_RETRY, Event::Requested(sweep));
+    assert_eq!(machine.handle(FIRST_RETRY, lost()), [], "the sweep tells");
+    assert_eq!(machine.phase(), "sweeping");
 }
 
 #[test]
@@ -347,5 +384,61 @@ fn a_shutdown_while_idle_judging_or_lost_ends() {
     assert_eq!(
         lost.handle(LONGEST_RETRY, Event::DevicesClosed),
         [Action::Exit]
+    );
+}
+
+#[test]
+fn what_nobody_waits_for_is_not_begun_and_no_reference_is_taken_for_it() {
+    let teach = |id| request(id, Task::Teach);
+    let mut machine = ready();
+    walk(
+        &mut machine,
+        vec![
+            (
+                Event::Requested(teach(1)),
+                vec![Action::StartSweep(teach(1))],
+            ),
+            (Event::Requested(teach(2)), vec![]),
+            (Event::Requested(visit(3)), vec![]),
+            (Event::AskerGone(2), vec![Action::Drop(teach(2))]),
+            (Event::AskerGone(1), vec![Action::CancelDevices]),
+            (
+                failed(1, "cancelled", false),
+                vec![Action::Drop(teach(1)), Action::Prepare(visit(3))],
+            ),
+            (Event::AskerGone(3), vec![Action::Drop(visit(3))]),
+            (Event::Prepared(3, Ok(())), vec![]),
+            (
+                Event::Requested(teach(4)),
+                vec![Action::StartSweep(teach(4))],
+            ),
+            (Event::SweepDone(4), vec![Action::Judge(teach(4))]),
+            (Event::AskerGone(4), vec![Action::Drop(teach(4))]),
+            (Event::Judged(4, Ok(())), vec![]),
+            (
+                Event::Requested(teach(5)),
+                vec![Action::StartSweep(teach(5))],
+            ),
+            (Event::AskerGone(5), vec![Action::CancelDevices]),
+            // The sweep was done before it heard.
+            (Event::SweepDone(5), vec![Action::Drop(teach(5))]),
+            (Event::AskerGone(99), vec![]),
+        ],
+    );
+    assert_eq!(machine.phase(), "idle");
+}
+
+#[test]
+fn a_visit_that_has_begun_is_finished_whoever_asked() {
+    let mut machine = ready();
+    machine.handle(Duration::ZERO, Event::Requested(visit(1)));
+    machine.handle(Duration::ZERO, Event::Prepared(1, Ok(())));
+    walk(
+        &mut machine,
+        vec![
+            (Event::AskerGone(1), vec![]),
+            (Event::SweepDone(1), vec![Action::Judge(visit(1))]),
+            (Event::Judged(1, Ok(())), vec![Action::Record(visit(1))]),
+        ],
     );
 }

@@ -74,7 +74,7 @@ impl Conductor {
             Level::Error => tracing::error!(DEVICE = device, "{device}: {text}"),
         }
         let device = device.to_owned();
-        self.hands.ledger.ask(
+        self.hands.ledger.ask_spare(
             move |store| store.note_event(level, &device, &text, &stamp_now()),
             |noted| {
                 if let Err(error) = noted {
@@ -88,13 +88,13 @@ impl Conductor {
         self.retention_due = Instant::now() + RETENTION_PAUSE;
         let store = &self.settings.store;
         let age = Some(store.keep_days)
-            .filter(|days| *days > 0.0)
+            .filter(|days| *days > 0.0 && self.wall.is_steady(self.started.elapsed()))
             .map(|days| jiff::SignedDuration::from_secs((days * 86_400.0) as i64));
         let retention = Retention {
             older_than: age.and_then(|age| jiff::Timestamp::now().checked_sub(age).ok()),
             most_bytes: (store.keep_gib > 0.0).then_some((store.keep_gib * GIB) as u64),
         };
-        self.hands.ledger.ask(
+        self.hands.ledger.ask_spare(
             move |store| store.retain(&retention),
             |swept| match swept {
                 Ok(swept) if swept.sweeps > 0 => {
