@@ -1,5 +1,9 @@
 //! Where the gates of the engine stand against what quiet places offer them: the table that this prints (`--nocapture`)
 //! is where the comments of the constants come from.
+#![allow(
+    clippy::print_stdout,
+    reason = "the table that it prints is its report"
+)]
 
 use patrold::geometry::{NoiseLaw, Pose, View};
 use patrold::novelty::{

@@ -206,7 +206,7 @@ impl Conductor {
                     .saturating_sub(self.sweep_began);
                 if let Some(work) = self.work.as_mut().filter(|w| w.request.id == id) {
                     work.timing.sweep = spent.as_secs_f64() * 1e3;
-                    self.raw = Some(raw);
+                    self.raw = Some(*raw);
                 }
                 Event::SweepDone(id)
             }

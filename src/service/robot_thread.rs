@@ -21,7 +21,7 @@ pub enum RobotEvent {
     /// Let go.
     Closed,
     /// A sweep, for the request of that number.
-    Swept(u64, RawSweep),
+    Swept(u64, Box<RawSweep>),
     /// No sweep, for the request of that number.
     SweepFailed(u64, Fault),
 }
@@ -178,7 +178,7 @@ impl<F: FnMut(RobotEvent)> Owner<F> {
         };
         self.end();
         match taken {
-            Ok(raw) => RobotEvent::Swept(id, raw),
+            Ok(raw) => RobotEvent::Swept(id, Box::new(raw)),
             Err(fault) => RobotEvent::SweepFailed(id, fault),
         }
     }
