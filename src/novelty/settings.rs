@@ -143,8 +143,8 @@ pub struct EvidenceSettings {
     pub most_sigmas: f64,
     /// Cosine of incidence below which a plane says nothing about the range along a ray.
     pub least_incidence: f64,
-    /// Share of the reach up to which a direction without return proves free space in a bare cloud. A choice: no
-    /// recorded pair tells it apart from its neighbours, and sweeps of our own say where nothing came back.
+    /// Share of the reach up to which a direction without return proves free space in a bare cloud. A
+    /// judgement, not measured; sweeps of our own say where nothing came back.
     pub hole_reach: f64,
     /// A hole is a direction without any ray nearer than this many row spacings.
     pub hole_spacings: f64,
@@ -196,8 +196,8 @@ pub struct SegmentSettings {
     /// Least width of all: two rows, of which chance and mixed pixels along an edge are capable.
     pub thin_width_spacings: f64,
     /// Least support of a thing that thin: four times that of a wide one. Quiet simulated sweeps reach 83 (98 % of 66
-    /// pairs: 59; `tests/gates.rs`) and would do with less; the value stands on one recorded quiet pair of a spinning
-    /// laser, along whose edges more gathers (`tests/novelty_recorded.rs`).
+    /// pairs: 59; `tests/gates.rs`) and would do with less; the value stands on a recorded quiet pair that a smaller one
+    /// did not leave quiet (`tests/novelty_recorded.rs`).
     pub thin_support: f64,
     /// Least share of the beams through a thing's outline that hit it.
     pub least_fill: f64,
