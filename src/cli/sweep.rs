@@ -1,7 +1,7 @@
 //! `patrold sweep --out FILE.ply`: one sweep, through the running service, else straight from the devices.
 
 use super::failure::{DONE, Failure, Outcome};
-use super::{client, config, output, signals};
+use super::{client, config, files, output, signals};
 use crate::config::Settings;
 use crate::devices::{Cancel, Clock, NoteLevel, Station, SweepRequest};
 use crate::formats::write_ply;

@@ -82,7 +82,7 @@ impl Robot for StationRobot {
         self.station.watch().map_err(|error| {
             // The next station may take the head as it is found; this one knows better.
             if !self.station.position_trusted() {
-                self.doubtful.store(true, Ordering::Relaxed);
+                self.memory.doubt();
             }
             Fault {
                 reason: error.to_string(),
