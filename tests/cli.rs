@@ -1,6 +1,6 @@
 //! The command line as a contract: the built program, its exit codes, its JSON against `docs/schema`, its errors.
 
-mod common;
+mod harness;
 
 #[path = "cli/bad_input.rs"]
 mod bad_input;

@@ -58,7 +58,7 @@ fn inspection(
 
 #[test]
 fn a_recorded_corridor_is_patrolled() {
-    let Some(root) = common::recorded::data("semisynthetic/dev") else {
+    let Some(root) = common::data("semisynthetic/dev") else {
         return;
     };
     let bytes =

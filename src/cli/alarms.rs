@@ -1,14 +1,13 @@
 //! `patrold alarms list|show|ack|export`: the alarm log, read from the database whether or not the service runs.
 
 use super::failure::{DONE, Failure, Outcome};
-use super::{config, output, table, when};
+use super::{config, files, output, table, when};
 use crate::alarm::State;
 use crate::service::stamp_now;
 use crate::store::{AlarmFilter, AlarmRow, Store};
 use clap::{Args, Subcommand, ValueEnum};
 use jiff::Timestamp;
 use serde_json::json;
-use std::fs;
 use std::path::PathBuf;
 
 /// Arguments of `alarms`.
@@ -269,16 +268,17 @@ fn export(args: &ExportArgs) -> Outcome {
         Format::Csv => csv(&alarms),
     };
     match &args.out {
+        None if text.is_empty() => {}
         None => output::line(text.trim_end_matches('\n'))?,
-        Some(path) => fs::write(path, text)
-            .map_err(|error| Failure::Failed(format!("{}: {error}", path.display())))?,
+        Some(path) => files::write(path, text.as_bytes())?,
     }
     Ok(DONE)
 }
 
 fn json_lines(alarms: &[AlarmRow]) -> Result<String, Failure> {
-    let lines: Result<Vec<String>, _> = alarms.iter().map(serde_json::to_string).collect();
-    Ok(lines.map_err(Failure::failed)?.join("\n") + "\n")
+    let line = |alarm| serde_json::to_string(alarm).map(|line| line + "\n");
+    let lines: Result<String, _> = alarms.iter().map(line).collect();
+    lines.map_err(Failure::failed)
 }
 
 fn csv(alarms: &[AlarmRow]) -> String {

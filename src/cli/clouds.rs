@@ -1,9 +1,9 @@
 //! Recorded clouds from files, for the commands that take them.
 
 use super::failure::Failure;
+use super::files;
 use crate::formats::{CloudFile, read_cloud, split_finite};
 use nalgebra::{Point3, Vector3};
-use std::fs;
 use std::path::Path;
 
 /// A recorded cloud with its non-finite points set aside.
@@ -31,18 +31,15 @@ impl LoadedCloud {
 /// # Errors
 /// The file is missing, is no cloud, or has no finite point.
 pub fn load(path: &Path) -> Result<LoadedCloud, Failure> {
-    let named =
-        |error: &dyn std::fmt::Display| Failure::Failed(format!("{}: {error}", path.display()));
-    let bytes = fs::read(path).map_err(|error| named(&error))?;
+    let bytes = files::read(path)?;
     let extension = path.extension().and_then(|e| e.to_str());
     let CloudFile { points, normals } =
-        read_cloud(&bytes, extension).map_err(|error| named(&error))?;
+        read_cloud(&bytes, extension).map_err(|error| files::named(path, error))?;
     let (finite, file_index) = split_finite(&points);
     if finite.is_empty() {
         let n = points.len();
-        return Err(named(&format!(
-            "no finite point among {n}; record the cloud again"
-        )));
+        let told = format!("no finite point among {n}; record the cloud again");
+        return Err(files::named(path, told));
     }
     let keep = |all: Vec<Vector3<f64>>| {
         file_index

@@ -2,7 +2,7 @@
 
 use super::failure::{CHANGED, DONE, FAILED, Failure, NOT_OBSERVED, Outcome, verdict_code};
 use super::stopwatch::{Stopwatch, Timing};
-use super::{alarms, clouds, output, table};
+use super::{alarms, clouds, files, output, table};
 use crate::config::{EngineMode, Settings, Value, load};
 use crate::formats::write_ply;
 use crate::geometry::View;
@@ -12,7 +12,6 @@ use clap::{Args, ValueEnum};
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `compare`.
@@ -160,10 +159,9 @@ fn run_pair(args: &CompareArgs, settings: &Settings) -> Outcome {
 }
 
 fn run_manifest(path: &Path, settings: &Settings) -> Outcome {
-    let named =
-        |error: &dyn std::fmt::Display| Failure::Failed(format!("{}: {error}", path.display()));
-    let text = fs::read_to_string(path).map_err(|error| named(&error))?;
-    let manifest: Manifest = serde_json::from_str(&text).map_err(|error| named(&error))?;
+    let text = files::read_text(path)?;
+    let manifest: Manifest =
+        serde_json::from_str(&text).map_err(|error| files::named(path, error))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let progress = super::progress::bar(manifest.pairs.len(), "pairs");
     let mut codes = Vec::new();
@@ -227,10 +225,6 @@ fn write_outputs(
     detection: &Detection,
     current: &clouds::LoadedCloud,
 ) -> Result<(), Failure> {
-    let write = |path: &Path, bytes: &[u8]| {
-        fs::write(path, bytes)
-            .map_err(|error| Failure::Failed(format!("{}: {error}", path.display())))
-    };
     if let Some(path) = &pair.labels_out {
         let mut labels = vec!["0"; current.in_file];
         for (index, listed) in current.file_index.iter().zip(&detection.labels) {
@@ -238,7 +232,7 @@ fn write_outputs(
                 labels[*index] = "1";
             }
         }
-        write(path, (labels.join("\n") + "\n").as_bytes())?;
+        files::write(path, (labels.join("\n") + "\n").as_bytes())?;
     }
     if let Some(path) = &pair.novelty_out {
         let places: Vec<Point3<f64>> = detection
@@ -246,7 +240,7 @@ fn write_outputs(
             .iter()
             .flat_map(|n| n.places.iter().copied())
             .collect();
-        write(path, &write_ply(&places))?;
+        files::write(path, &write_ply(&places))?;
     }
     Ok(())
 }

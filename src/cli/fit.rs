@@ -1,13 +1,12 @@
 //! `patrold fit CLOUD`: the mixture of one cloud by EM.
 
 use super::failure::{DONE, Failure, Outcome};
-use super::{clouds, output};
+use super::{clouds, files, output};
 use crate::mixture::{
     Components, EmSettings, Fit, FitSettings, Mixture, MixtureRecord, SplitSettings, Stopped, fit,
 };
 use clap::Args;
 use serde::Serialize;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -77,8 +76,8 @@ pub fn run(args: &FitArgs) -> Outcome {
         ..FitSettings::default()
     };
     let began = Instant::now();
-    let fitted = fit(&cloud.points, None, &settings)
-        .map_err(|error| Failure::Failed(format!("{}: {error}", args.cloud.display())))?;
+    let fitted =
+        fit(&cloud.points, None, &settings).map_err(|error| files::named(&args.cloud, error))?;
     let fit_ms = began.elapsed().as_secs_f64() * 1e3;
     tell(&fitted, &cloud, fit_ms, args.json)
 }
@@ -117,8 +116,6 @@ fn tell(fitted: &Fit, cloud: &clouds::LoadedCloud, fit_ms: f64, as_json: bool) -
 /// # Errors
 /// The file is missing or is no mixture.
 pub fn read_mixture(path: &Path) -> Result<Mixture, Failure> {
-    let named =
-        |error: &dyn std::fmt::Display| Failure::Failed(format!("{}: {error}", path.display()));
-    let text = fs::read_to_string(path).map_err(|error| named(&error))?;
-    MixtureRecord::parse(&text).map_err(|error| named(&error))
+    let text = files::read_text(path)?;
+    MixtureRecord::parse(&text).map_err(|error| files::named(path, error))
 }

@@ -10,6 +10,7 @@ mod devices;
 mod distance;
 mod emulate;
 mod failure;
+mod files;
 mod fit;
 mod output;
 mod progress;

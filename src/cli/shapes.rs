@@ -1,7 +1,7 @@
 //! `patrold shapes CLOUD`: the shapes in one segmented cloud.
 
 use super::failure::{DONE, Failure, Outcome};
-use super::{clouds, output, table};
+use super::{clouds, files, output, table};
 use crate::mixture::{FitSettings, fit};
 use crate::patrol::ShapeRecord;
 use crate::shape::ransac::RansacSettings;
@@ -54,8 +54,7 @@ pub fn run(args: &ShapesArgs) -> Outcome {
     }
     let cloud = clouds::load(&args.cloud)?;
     let began = Instant::now();
-    let found = shapes(args, &cloud)
-        .map_err(|error| Failure::Failed(format!("{}: {error}", args.cloud.display())))?;
+    let found = shapes(args, &cloud).map_err(|error| files::named(&args.cloud, error))?;
     let shape_ms = began.elapsed().as_secs_f64() * 1e3;
     let records: Vec<ShapeRecord> = found.iter().map(ShapeRecord::new).collect();
     if args.json {

@@ -33,6 +33,14 @@ pub enum StoreError {
         /// The database.
         path: PathBuf,
     },
+    /// The file is no database at all, or was damaged.
+    #[error("{}: not a patrold database, or damaged ({source}); set store.dir to another folder or restore a backup", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What SQLite said.
+        source: rusqlite::Error,
+    },
     /// SQLite refused.
     #[error("database: {0}")]
     Sqlite(#[from] rusqlite::Error),

@@ -2,7 +2,7 @@
 
 use super::error::StoreError;
 use super::files::Files;
-use rusqlite::{Connection, OpenFlags};
+use rusqlite::{Connection, ErrorCode, OpenFlags};
 use rusqlite_migration::{M, MigrationDefinitionError, Migrations};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -49,10 +49,12 @@ impl Store {
     pub fn open(dir: &Path) -> Result<Self, StoreError> {
         let files = Files::create(dir)?;
         let path = database_path(dir);
-        let mut db = Connection::open(&path)?;
+        let named = |error| opening_error(error, &path);
+        let mut db = Connection::open(&path).map_err(named)?;
         db.busy_timeout(BUSY_TIMEOUT)?;
         check_owner(&db, &path)?;
-        db.pragma_update(None, "journal_mode", "WAL")?;
+        db.pragma_update(None, "journal_mode", "WAL")
+            .map_err(named)?;
         db.pragma_update(None, "synchronous", "FULL")?;
         db.pragma_update(None, "foreign_keys", "ON")?;
         migrations()
@@ -68,7 +70,8 @@ impl Store {
     /// There is none, it is another program's or newer.
     pub fn open_for_reading(dir: &Path) -> Result<Self, StoreError> {
         let path = Self::existing(dir)?;
-        let db = Connection::open_with_flags(&path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+        let db = Connection::open_with_flags(&path, OpenFlags::SQLITE_OPEN_READ_ONLY)
+            .map_err(|error| opening_error(error, &path))?;
         db.busy_timeout(BUSY_TIMEOUT)?;
         check_owner(&db, &path)?;
         let version: i64 = db.pragma_query_value(None, "user_version", |row| row.get(0))?;
@@ -119,9 +122,32 @@ fn migration_error(error: rusqlite_migration::Error, path: &Path) -> StoreError 
     }
 }
 
+/// What SQLite says while it opens a file, with the file.
+fn opening_error(error: rusqlite::Error, path: &Path) -> StoreError {
+    let path = path.to_owned();
+    match error.sqlite_error_code() {
+        Some(ErrorCode::NotADatabase | ErrorCode::DatabaseCorrupt) => StoreError::Damaged {
+            path,
+            source: error,
+        },
+        Some(ErrorCode::CannotOpen | ErrorCode::ReadOnly | ErrorCode::PermissionDenied) => {
+            StoreError::File {
+                path,
+                source: std::io::Error::other(error),
+            }
+        }
+        _ => error.into(),
+    }
+}
+
 fn check_owner(db: &Connection, path: &Path) -> Result<(), StoreError> {
-    let got: i32 = db.pragma_query_value(None, "application_id", |row| row.get(0))?;
-    let tables: i64 = db.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))?;
+    let named = |error| opening_error(error, path);
+    let got: i32 = db
+        .pragma_query_value(None, "application_id", |row| row.get(0))
+        .map_err(named)?;
+    let tables: i64 = db
+        .query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))
+        .map_err(named)?;
     if got == APPLICATION_ID || (got == 0 && tables == 0) {
         return Ok(());
     }

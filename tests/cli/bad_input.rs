@@ -1,7 +1,7 @@
 //! Bad input: one line on standard error that names the thing, the right exit code, and nothing written.
 
-use crate::common::clouds;
-use crate::common::program::patrold;
+use crate::harness::clouds;
+use crate::harness::program::patrold;
 use nalgebra::Point3;
 use patrold::formats::write_ply;
 use patrold::store::Store;
@@ -40,6 +40,10 @@ fn folder() -> tempfile::TempDir {
     put(
         "flat.json",
         b"{\"weights\": [1], \"means\": [[0, 0, 0]], \"covs\": [[0, 0, 0, 0, 0, 0]]}",
+    );
+    put(
+        "negative.json",
+        b"{\"weights\": [1], \"means\": [[0, 0, 0]], \"covs\": [[1, 0, 0, -1, 0, 1]]}",
     );
 
     put("unknown.toml", b"[novelty]\nu_th = 0.1\n");
@@ -188,7 +192,7 @@ fn outputs_that_cannot_be_written() {
                 "no/such/l.txt",
             ],
             1,
-            &["no/such/l.txt", "check"],
+            &["no/such/l.txt", "make it"],
         ),
         (
             &["compare", "good.ply", "good.ply", "--labels-out", "folder"],
@@ -254,9 +258,9 @@ fn mixtures_that_are_none() {
             &["prose.txt"],
         ),
         (
-            &["fit", "good.ply", "--init", "flat.json"],
+            &["fit", "good.ply", "--init", "negative.json"],
             1,
-            &["flat.json"],
+            &["negative.json"],
         ),
         (
             &["fit", "good.ply", "--tolerance", "nan"],

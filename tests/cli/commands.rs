@@ -1,8 +1,8 @@
 //! The commands on recorded files, and what all commands share.
 
-use crate::common::clouds::{self, CRATE};
-use crate::common::program::{command, patrold};
-use crate::common::schema;
+use crate::harness::clouds::{self, CRATE};
+use crate::harness::program::{command, patrold};
+use crate::harness::schema;
 use std::fs;
 use std::io::Read as _;
 use std::process::Stdio;

@@ -1,8 +1,8 @@
 //! `compare` on one pair: its verdicts and what it writes.
 
-use crate::common::clouds::{self, CRATE};
-use crate::common::program::patrold;
-use crate::common::schema;
+use crate::harness::clouds::{self, CRATE};
+use crate::harness::program::patrold;
+use crate::harness::schema;
 use nalgebra::{Point3, Vector3};
 use patrold::formats::read_cloud;
 use serde_json::Value;

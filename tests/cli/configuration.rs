@@ -1,8 +1,8 @@
 //! `config check` and `config show`, and the layers that other commands run under.
 
-use crate::common::clouds;
-use crate::common::program::patrold;
-use crate::common::schema;
+use crate::harness::clouds;
+use crate::harness::program::patrold;
+use crate::harness::schema;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;

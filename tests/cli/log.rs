@@ -1,7 +1,7 @@
 //! The alarm log and the waypoints as the command line shows them, from a database that the library filled.
 
-use crate::common::program::{Ran, patrold};
-use crate::common::schema;
+use crate::harness::program::{Ran, patrold};
+use crate::harness::schema;
 use nalgebra::{Matrix3, Point3};
 use patrold::geometry::View;
 use patrold::mixture::{Gaussian, Mixture};

@@ -1,8 +1,8 @@
 //! `compare --manifest`: many pairs, one line each, one exit code.
 
-use crate::common::clouds;
-use crate::common::program::{Ran, patrold};
-use crate::common::schema;
+use crate::harness::clouds;
+use crate::harness::program::{Ran, patrold};
+use crate::harness::schema;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! The schemas themselves.
 
-use crate::common::schema;
+use crate::harness::schema;
 
 #[test]
 fn every_schema_is_one_and_is_named_after_its_file() {

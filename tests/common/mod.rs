@@ -1,7 +1,24 @@
-//! What the tests of the built program share: running it, checking its JSON, making clouds, finding recorded data.
-#![allow(dead_code, reason = "each test program uses its part")]
+//! Where tests find recorded data.
 
-pub mod clouds;
-pub mod program;
-pub mod recorded;
-pub mod schema;
+use std::path::{Path, PathBuf};
+
+/// A folder of the recorded data, from `PATROLD_DATA` (default `../shared/data` beside the project). `None`, with
+/// the reason printed, where it is absent, unless `PATROLD_REQUIRE_DATA=1`.
+pub fn data(folder: &str) -> Option<PathBuf> {
+    let root = std::env::var_os("PATROLD_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
+        PathBuf::from,
+    );
+    let path = root.join(folder);
+    if path.is_dir() {
+        return Some(path);
+    }
+    let required = std::env::var("PATROLD_REQUIRE_DATA").is_ok_and(|v| v == "1");
+    assert!(
+        !required,
+        "{} is missing and PATROLD_REQUIRE_DATA=1",
+        path.display()
+    );
+    eprintln!("skipped: no recorded data at {}", path.display());
+    None
+}

@@ -1,0 +1,214 @@
+//! `compare --manifest` over the recorded pairs: quiet stays quiet, large things are told; prints how well.
+
+mod common;
+mod harness;
+
+use common::data;
+use harness::program::patrold;
+use harness::schema;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Objects of fewer points than this may be missed.
+const LARGE: usize = 300;
+
+/// One recorded pair with its truth.
+struct Pair {
+    name: String,
+    reference: PathBuf,
+    current: PathBuf,
+    origin: Value,
+    /// Truth of each point; `None` for those that are not scored.
+    novel: Vec<Option<bool>>,
+    /// Whether something large came (or is known not to have).
+    expect: Option<bool>,
+}
+
+/// Score of one pair.
+struct Score {
+    hits: usize,
+    listed: usize,
+    novel: usize,
+}
+
+impl Score {
+    fn of(truth: &[Option<bool>], labels: &str) -> Self {
+        let said: Vec<bool> = labels.lines().map(|line| line == "1").collect();
+        assert_eq!(said.len(), truth.len(), "a label for every point");
+        let scored = || {
+            truth
+                .iter()
+                .zip(&said)
+                .filter_map(|(t, s)| Some(((*t)?, *s)))
+        };
+        Self {
+            hits: scored().filter(|(t, s)| *t && *s).count(),
+            listed: scored().filter(|(_, s)| *s).count(),
+            novel: scored().filter(|(t, _)| *t).count(),
+        }
+    }
+
+    fn share(part: usize, of: usize) -> String {
+        if of == 0 {
+            return "    -".to_owned();
+        }
+        format!("{:.3}", part as f64 / of as f64)
+    }
+}
+
+/// Compares all pairs in one process; prints the table; gives what went against `expect`.
+fn compare(pairs: &[Pair]) -> Vec<String> {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let listed: Vec<Value> = pairs
+        .iter()
+        .map(|pair| {
+            json!({
+                "name": pair.name, "reference": pair.reference, "current": pair.current,
+                "sensor_origin": pair.origin, "labels_out": format!("{}.labels", pair.name),
+            })
+        })
+        .collect();
+    let manifest = dir.path().join("pairs.json");
+    fs::write(&manifest, json!({"pairs": listed}).to_string()).expect("written");
+    let ran = patrold(
+        dir.path(),
+        &["compare", "--manifest", "pairs.json", "--json"],
+    );
+    assert!([0, 10, 11].contains(&ran.code), "{ran:?}");
+    let lines = ran.json_lines();
+    assert_eq!(lines.len(), pairs.len(), "{}", ran.err);
+
+    let mut table = String::new();
+    let mut wrong = Vec::new();
+    for (pair, line) in pairs.iter().zip(&lines) {
+        schema::check("compare", line);
+        assert_eq!(line["name"], pair.name);
+        let labels =
+            fs::read_to_string(dir.path().join(format!("{}.labels", pair.name))).expect("labels");
+        let score = Score::of(&pair.novel, &labels);
+        let verdict = line["verdict"].as_str().unwrap_or_default();
+        let d = line["d_gmm"].as_f64().unwrap_or(f64::NAN);
+        let row = format!(
+            "{:24} {verdict:12} d_gmm {d:.6} m  novel {:5}  precision {}  recall {}",
+            pair.name,
+            score.novel,
+            Score::share(score.hits, score.listed),
+            Score::share(score.hits, score.novel),
+        );
+        let wanted = pair
+            .expect
+            .map(|large| if large { "changed" } else { "quiet" });
+        if wanted.is_some_and(|wanted| wanted != verdict) {
+            wrong.push(format!("{row}  ({})", line["reason"]));
+        }
+        writeln!(table, "{row}").expect("text");
+    }
+    println!("{table}");
+    wrong
+}
+
+fn read_json(path: &Path) -> Value {
+    let text = fs::read_to_string(path).expect("readable");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+fn labels(path: &Path, truth: impl Fn(i64) -> Option<bool>) -> Vec<Option<bool>> {
+    let text = fs::read_to_string(path).expect("labels");
+    text.split_whitespace()
+        .map(|label| truth(label.parse().expect("a label")))
+        .collect()
+}
+
+fn hold(pairs: &[Pair]) {
+    let wrong = compare(pairs);
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn semisynthetic_corridors() {
+    let Some(root) = data("semisynthetic") else {
+        return;
+    };
+    let manifest = read_json(&root.join("manifest_dev.json"));
+    let at = |pair: &Value, key: &str| root.join(pair[key].as_str().expect("a path"));
+    let pair = |pair: &Value| {
+        let objects = pair["objects"].as_array().expect("objects");
+        let large = objects
+            .iter()
+            .any(|o| o["beams_hit"].as_u64().is_some_and(|n| n as usize >= LARGE));
+        Pair {
+            name: pair["name"].as_str().expect("a name").to_owned(),
+            reference: at(pair, "reference"),
+            current: at(pair, "current"),
+            origin: pair["sensor_origin"].clone(),
+            novel: labels(&at(pair, "labels"), |label| Some(label > 0)),
+            expect: match (objects.is_empty(), large) {
+                (true, _) => Some(false),
+                (false, true) => Some(true),
+                (false, false) => None,
+            },
+        }
+    };
+    let pairs: Vec<Pair> = manifest["pairs"]
+        .as_array()
+        .expect("pairs")
+        .iter()
+        .map(pair)
+        .collect();
+    hold(&pairs);
+}
+
+#[test]
+fn a_ball_and_a_person_moved_in_a_room() {
+    let Some(root) = data("spherecalib") else {
+        return;
+    };
+    let root = root.join("dev");
+    let meta = read_json(&root.join("meta.json"));
+    let path = |pair: &Value, key: &str| root.join(pair[key].as_str().expect("a path"));
+    let origin = meta["sensor_origin"].clone();
+    let labelled = meta["pairs"]
+        .as_array()
+        .expect("pairs")
+        .iter()
+        .filter(|p| p["labels"].is_string());
+    let moved = labelled.map(|pair| {
+        let novel = labels(&path(pair, "labels"), |label| match label {
+            0 => Some(false),
+            1 => Some(true),
+            _ => None,
+        });
+        let count = novel.iter().filter(|n| **n == Some(true)).count();
+        Pair {
+            name: pair["labels"]
+                .as_str()
+                .expect("a name")
+                .replace(".labels.txt", ""),
+            reference: path(pair, "reference"),
+            current: path(pair, "current"),
+            origin: origin.clone(),
+            expect: (count >= LARGE).then_some(true),
+            novel,
+        }
+    });
+    let same = (0..2).map(|i| {
+        let current = root.join(format!("nochange{i}_cur.ply"));
+        let points =
+            patrold::formats::read_cloud(&fs::read(&current).expect("readable"), Some("ply"))
+                .expect("a cloud")
+                .points
+                .len();
+        Pair {
+            name: format!("nochange{i}"),
+            reference: root.join(format!("nochange{i}_ref.ply")),
+            current,
+            origin: origin.clone(),
+            novel: vec![Some(false); points],
+            expect: Some(false),
+        }
+    });
+    let pairs: Vec<Pair> = moved.chain(same).collect();
+    hold(&pairs);
+}
