@@ -14,5 +14,7 @@ mod configuration;
 mod log;
 #[path = "cli/manifest.rs"]
 mod manifest;
+#[path = "cli/rejudge.rs"]
+mod rejudge;
 #[path = "cli/schemas.rs"]
 mod schemas;

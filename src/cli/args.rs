@@ -1,7 +1,9 @@
 //! The command line as a whole, and the way from a command to its exit code.
 
 use super::failure::Outcome;
-use super::{alarms, compare, config, devices, distance, emulate, fit, shapes, sweep, waypoints};
+use super::{
+    alarms, compare, config, devices, distance, emulate, fit, rejudge, shapes, sweep, waypoints,
+};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -35,6 +37,8 @@ enum Command {
     Waypoints(waypoints::WaypointsArgs),
     /// The alarm log: list, show, ack, export
     Alarms(alarms::AlarmsArgs),
+    /// Judge a stored sweep again, under the settings in force now; nothing is written
+    Rejudge(rejudge::RejudgeArgs),
 }
 
 /// Runs the command; a failure is one line (or one per mistake) on standard error.
@@ -50,6 +54,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Config(args) => config::run(args),
         Command::Waypoints(args) => waypoints::run(args),
         Command::Alarms(args) => alarms::run(args),
+        Command::Rejudge(args) => rejudge::run(args),
     };
     match outcome {
         Ok(code) => ExitCode::from(code),

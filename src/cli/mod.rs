@@ -1,6 +1,7 @@
 //! Takes a command line, gives an exit code: one file per command, nothing but asking the other rooms and
 //! telling people or programs what they said.
 
+mod alarm_report;
 mod alarms;
 mod args;
 mod clouds;
@@ -14,6 +15,7 @@ mod files;
 mod fit;
 mod output;
 mod progress;
+mod rejudge;
 mod shapes;
 mod stopwatch;
 mod scenes;

@@ -1,6 +1,7 @@
 //! Takes a view and a waypoint's reference, gives the inspection: the whole corridor in one call, and its
 //! report in the contract's words.
 
+mod figure;
 mod inspect;
 mod record;
 mod report;

@@ -8,6 +8,11 @@ use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+/// What ends the name of a file that is still being written.
+const ASIDE: &str = ".tmp";
+/// Hexadecimal digits of a SHA-256.
+const HASH_DIGITS: usize = 64;
+
 /// The folder of content-named files.
 #[derive(Debug, Clone)]
 pub struct Files {
@@ -40,14 +45,14 @@ impl Files {
         let name = hex(&Sha256::digest(bytes));
         let path = self.dir.join(&name);
         let write = || -> io::Result<()> {
-            if path.is_file() {
-                return Ok(());
+            if !path.is_file() {
+                let aside = self.dir.join(format!("{name}{ASIDE}"));
+                let mut file = File::create(&aside)?;
+                file.write_all(bytes)?;
+                file.sync_all()?;
+                fs::rename(&aside, &path)?;
             }
-            let aside = self.dir.join(format!("{name}.tmp"));
-            let mut file = File::create(&aside)?;
-            file.write_all(bytes)?;
-            file.sync_all()?;
-            fs::rename(&aside, &path)?;
+            // Also where it is there already: a stop may have come between its renaming and this.
             File::open(&self.dir)?.sync_all()
         };
         write().map_err(|e| self.error(&path, e))?;
@@ -84,6 +89,26 @@ impl Files {
             Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(0),
             Err(e) => Err(self.error(&path, e)),
         }
+    }
+
+    /// Names of all files of ours that are there, half-written ones too.
+    ///
+    /// # Errors
+    /// The folder cannot be read.
+    pub fn names(&self) -> Result<Vec<String>, StoreError> {
+        let read = || -> io::Result<Vec<String>> {
+            let mut names = Vec::new();
+            for entry in fs::read_dir(&self.dir)? {
+                let name = entry?.file_name().to_string_lossy().into_owned();
+                let hash = name.strip_suffix(ASIDE).unwrap_or(&name);
+                if hash.len() == HASH_DIGITS && hash.bytes().all(|b| b.is_ascii_hexdigit()) {
+                    names.push(name);
+                }
+            }
+            names.sort();
+            Ok(names)
+        };
+        read().map_err(|e| self.error(&self.dir, e))
     }
 
     /// Size of the file called `name` in bytes, 0 if it is gone.
