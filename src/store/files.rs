@@ -7,9 +7,13 @@ use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+use std::process;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What ends the name of a file that is still being written.
 const ASIDE: &str = ".tmp";
+/// Files that this run of the program has written aside.
+static ASIDES: AtomicU64 = AtomicU64::new(0);
 /// Hexadecimal digits of a SHA-256.
 const HASH_DIGITS: usize = 64;
 
@@ -46,7 +50,10 @@ impl Files {
         let path = self.dir.join(&name);
         let write = || -> io::Result<()> {
             if !path.is_file() {
-                let aside = self.dir.join(format!("{name}{ASIDE}"));
+                // Two writers may keep the same content at once, each aside under a name of its own.
+                let nth = ASIDES.fetch_add(1, Ordering::Relaxed);
+                let own = format!("{name}.{}.{nth}{ASIDE}", process::id());
+                let aside = self.dir.join(own);
                 let mut file = File::create(&aside)?;
                 file.write_all(bytes)?;
                 file.sync_all()?;
@@ -100,8 +107,12 @@ impl Files {
             let mut names = Vec::new();
             for entry in fs::read_dir(&self.dir)? {
                 let name = entry?.file_name().to_string_lossy().into_owned();
-                let hash = name.strip_suffix(ASIDE).unwrap_or(&name);
-                if hash.len() == HASH_DIGITS && hash.bytes().all(|b| b.is_ascii_hexdigit()) {
+                let (hash, rest) = name.split_at_checked(HASH_DIGITS).unwrap_or((&name, ""));
+                let of_ours = rest.is_empty() || rest.ends_with(ASIDE);
+                if of_ours
+                    && hash.len() == HASH_DIGITS
+                    && hash.bytes().all(|b| b.is_ascii_hexdigit())
+                {
                     names.push(name);
                 }
             }
