@@ -308,6 +308,54 @@ fn a_ball_that_came_is_found_and_its_shadow_is_no_novelty() {
 }
 
 #[test]
+fn a_range_limit_ends_what_is_judged_and_not_what_was_looked_through() {
+    let hall = || Scene {
+        room: ([-1.5, -2.0, -0.5], [6.0, 2.0, 2.1]),
+        solids: vec![Solid::Block([1.5, 1.6, -0.5], [2.7, 2.0, 1.4])],
+    };
+    let person = Solid::Block([3.2, -0.2, -0.5], [3.4, 0.2, 1.2]);
+    let settings = Settings {
+        max_range_m: Some(4.0),
+        ..Settings::default()
+    };
+    let noise = NoiseLaw {
+        at_zero_m: 0.003,
+        per_m: 0.001,
+    };
+    let sees = |scene: Scene, pose: &Pose, seed: u64| {
+        scene.look(Pattern::Tilted(0.65), pose, noise, f64::INFINITY, seed)
+    };
+    let reference = sees(hall(), &here(), 1);
+    let prepared = Reference::prepare(&reference, &settings, 1).expect("a reference");
+    let pose = off(0.05, -0.03, 2.0);
+    let quiet = sees(hall(), &pose, 2);
+    let found = detect(&prepared, &quiet, &settings, 1, &mut |_| {}).expect("a detection");
+    assert_eq!(found.verdict, Verdict::Quiet, "{}", found.reason);
+    assert!(found.novelties.is_empty());
+    let current = sees(hall().with(person), &pose, 3);
+    let found = detect(&prepared, &current, &settings, 1, &mut |_| {}).expect("a detection");
+    assert_eq!(found.verdict, Verdict::Changed, "{}", found.reason);
+    let [novelty] = &found.novelties[..] else {
+        panic!("{} novelties", found.novelties.len());
+    };
+    assert_eq!(novelty.kind, Kind::Appeared);
+    for (i, place) in novelty.points.iter().zip(&novelty.places) {
+        assert!((current.points[*i] - place).norm() < 1e-9 && found.labels[*i]);
+        assert!(place.coords.norm() <= 4.0);
+    }
+    assert_eq!(
+        found.labels.iter().filter(|l| **l).count(),
+        novelty.points.len()
+    );
+    // Beyond the limit a thing is no novelty and weighs nothing.
+    let far = Solid::Block([5.0, -0.2, -0.5], [5.2, 0.2, 1.2]);
+    let current = sees(hall().with(far), &pose, 4);
+    let found = detect(&prepared, &current, &settings, 1, &mut |_| {}).expect("a detection");
+    assert_eq!(found.verdict, Verdict::Quiet, "{}", found.reason);
+    assert!(found.novelties.is_empty());
+}
+
+#[test]
 fn a_ball_that_moved_is_one_thing() {
     let at = |x: f64, y: f64| room().with(Solid::Ball([x, y, -0.2], 0.3));
     let reference = at(2.2, -0.6).look(Pattern::Tilted(0.5), &here(), URG, f64::INFINITY, 1);

@@ -1,4 +1,8 @@
 //! `compare --manifest` over the recorded pairs: quiet stays quiet, large things are told; prints how well.
+#![allow(
+    clippy::print_stdout,
+    reason = "the table that it prints is its report"
+)]
 
 mod common;
 mod harness;

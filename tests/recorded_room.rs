@@ -1,5 +1,9 @@
 //! A place that somebody really scanned, as the world: its cloud is the room, swept by the simulated laser, and an
 //! object of the same recordings is placed in it. Needs the recorded data (`PATROLD_DATA`).
+#![allow(
+    clippy::print_stdout,
+    reason = "the table that it prints is its report"
+)]
 
 mod common;
 

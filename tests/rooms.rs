@@ -1,4 +1,8 @@
 //! The whole engine on simulated sweeps of the shipped scenes: quiet stays quiet, exactly the true changes are told.
+#![allow(
+    clippy::print_stdout,
+    reason = "the table that it prints is its report"
+)]
 
 use nalgebra::Point3;
 use patrold::geometry::Pose;

@@ -2,7 +2,8 @@
 
 use super::failure::Outcome;
 use super::{
-    alarms, compare, config, devices, distance, emulate, fit, rejudge, shapes, sweep, waypoints,
+    alarms, compare, config, demo, devices, distance, emulate, fit, rejudge, run as service,
+    shapes, sweep, teach, visit, waypoints,
 };
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -17,14 +18,22 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// The whole job with no hardware: emulated devices, three rounds, the log against the truth
+    Demo(demo::DemoArgs),
+    /// The service: sweeps and judges on request, until stopped
+    Run(service::RunArgs),
+    /// Ask the running service: the robot stands at NAME, inspect it
+    Visit(visit::VisitArgs),
+    /// Ask the running service: the robot stands at NAME, take its reference
+    Teach(teach::TeachArgs),
+    /// Compare recorded clouds with the engine of the service
+    Compare(compare::CompareArgs),
     /// Both devices, byte for byte, on pseudo-terminals, until interrupted
     Emulate(emulate::EmulateArgs),
     /// Who answers on the ports: model, serial number, firmware, limits, health
     Devices(devices::DevicesArgs),
     /// One sweep of the place around the robot, as a cloud
     Sweep(sweep::SweepArgs),
-    /// Compare recorded clouds with the engine of the service
-    Compare(compare::CompareArgs),
     /// The mixture of one recorded cloud
     Fit(fit::FitArgs),
     /// Earth Mover's Distance between two mixtures
@@ -44,10 +53,14 @@ enum Command {
 /// Runs the command; a failure is one line (or one per mistake) on standard error.
 pub fn run(cli: Cli) -> ExitCode {
     let outcome: Outcome = match &cli.command {
+        Command::Demo(args) => demo::run(args),
+        Command::Run(args) => service::run(args),
+        Command::Visit(args) => visit::run(args),
+        Command::Teach(args) => teach::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Emulate(args) => emulate::run(args),
         Command::Devices(args) => devices::run(args),
         Command::Sweep(args) => sweep::run(args),
-        Command::Compare(args) => compare::run(args),
         Command::Fit(args) => fit::run(args),
         Command::Distance(args) => distance::run(args),
         Command::Shapes(args) => shapes::run(args),

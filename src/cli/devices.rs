@@ -1,7 +1,7 @@
 //! `patrold devices`: who answers on the ports, and how they are.
 
 use super::failure::{DONE, FAILED, Outcome};
-use super::{config, output};
+use super::{config, output, signals};
 use crate::devices::{AxisReport, Clock, DeviceError, HeadReport, LaserReport, Station};
 use clap::Args;
 use serde::Serialize;
@@ -15,6 +15,9 @@ pub struct DevicesArgs {
     /// Configuration file
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Seconds of the devices per second of the wall, for emulated devices that run at X times the wall's pace
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = super::emulate::scale)]
+    time_scale: f64,
     /// Report as JSON
     #[arg(long)]
     json: bool,
@@ -24,7 +27,8 @@ pub struct DevicesArgs {
 pub fn run(args: &DevicesArgs) -> Outcome {
     let settings = config::settings(args.config.as_deref())?;
     let (notes, _) = mpsc::channel();
-    let (laser, ptu) = Station::survey(&settings, Clock::real(), notes)
+    let cancel = signals::cancel_on_signal()?;
+    let (laser, ptu) = Station::survey(&settings, Clock::scaled(args.time_scale), notes, &cancel)
         .map_err(super::failure::Failure::failed)?;
     if args.json {
         output::json(&json!({

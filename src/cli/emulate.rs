@@ -45,8 +45,8 @@ pub struct EmulateArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// A fault: device.kind[:key=value,...], device laser or ptu, keys at=, for=, count= and its own
-    #[arg(long = "fault", value_name = "SPEC", value_parser = fault)]
-    faults: Vec<EmulatedFault>,
+    #[arg(long = "fault", value_name = "SPEC")]
+    faults: Vec<String>,
 }
 
 fn profile(name: &str) -> Result<Profile, String> {
@@ -57,7 +57,8 @@ fn profile(name: &str) -> Result<Profile, String> {
     }
 }
 
-fn scale(text: &str) -> Result<f64, String> {
+/// Seconds of the devices per second of the wall, as a command takes it.
+pub(super) fn scale(text: &str) -> Result<f64, String> {
     let scale = text.parse::<f64>().ok();
     scale
         .filter(|x| (0.001..=1000.0).contains(x))
@@ -89,14 +90,24 @@ pub fn run(args: &EmulateArgs) -> Outcome {
 }
 
 fn start(args: &EmulateArgs) -> Result<Emulator, Failure> {
+    let faults: Result<Vec<_>, _> = args.faults.iter().map(|spec| fault(spec)).collect();
+    let faults = faults.map_err(Failure::Usage)?;
+    if let (Some(laser), Some(head)) = (&args.laser, &args.ptu)
+        && laser == head
+    {
+        let path = laser.display();
+        return Err(Failure::Usage(format!(
+            "--laser and --ptu are both {path}: give each device a link of its own"
+        )));
+    }
     let scene = scenes::load(&args.scene)?;
     let clock = Clock::scaled(args.time_scale);
     let mut options = EmulationOptions::seeded(args.seed);
     options.laser.profile = args.laser_profile.clone();
     options.mount = default_mount();
     let mut emulation = Emulation::new(options, scene.world, scene.map_from_base, clock.now());
-    for fault in &args.faults {
-        emulation.inject(fault.clone());
+    for fault in faults {
+        emulation.inject(fault);
     }
     let ports = EmulatorPorts {
         laser: args.laser.as_deref(),
@@ -140,15 +151,28 @@ fn order(line: &str) -> Result<Order, String> {
 }
 
 fn obey_lines(running: &Mutex<Option<Emulator>>) {
-    for line in io::stdin().lock().lines() {
-        let Ok(line) = line else { return };
-        if line.trim().is_empty() {
-            continue;
-        }
-        if let Err(told) = order(&line).and_then(|order| obey(&order, running)) {
+    for told in orders(io::stdin().lock()) {
+        if let Err(told) = told.and_then(|order| obey(&order, running)) {
             eprintln!("patrold: {told}");
         }
     }
+}
+
+/// Every order up to the end of the input; what is none, text or not, is told and the next line read.
+fn orders(mut input: impl BufRead) -> impl Iterator<Item = Result<Order, String>> {
+    std::iter::from_fn(move || {
+        loop {
+            let mut line = Vec::new();
+            match input.read_until(b'\n', &mut line) {
+                Ok(0) | Err(_) => return None,
+                Ok(_) => {}
+            }
+            let line = String::from_utf8_lossy(&line);
+            if !line.trim().is_empty() {
+                return Some(order(line.trim()));
+            }
+        }
+    })
 }
 
 fn obey(order: &Order, running: &Mutex<Option<Emulator>>) -> Result<(), String> {
@@ -185,8 +209,20 @@ fn load_world(path: &Path) -> Result<Arc<crate::world::World>, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Order, fault, order};
+    use super::{Order, fault, order, orders};
     use std::path::PathBuf;
+
+    #[test]
+    fn a_line_that_is_no_text_does_not_end_the_orders() {
+        let input = b"\xff\xfe\n\n{\"at\": [0, 0, 0]}\r\n{\"at\": [1, 0, 0]}";
+        let told: Vec<_> = orders(&input[..]).collect();
+        assert_eq!(told.len(), 3);
+        assert!(told[0].is_err());
+        assert_eq!(
+            told[1..],
+            [Ok(Order::At([0.0; 3])), Ok(Order::At([1.0, 0.0, 0.0]))]
+        );
+    }
 
     #[test]
     fn orders_are_read_and_others_refused_in_one_line() {

@@ -4,9 +4,11 @@
 mod alarm_report;
 mod alarms;
 mod args;
+mod client;
 mod clouds;
 mod compare;
 mod config;
+mod demo;
 mod devices;
 mod distance;
 mod emulate;
@@ -16,12 +18,15 @@ mod fit;
 mod output;
 mod progress;
 mod rejudge;
+mod run;
 mod shapes;
 mod stopwatch;
 mod scenes;
 mod signals;
 mod sweep;
 mod table;
+mod teach;
+mod visit;
 mod waypoints;
 mod when;
 

@@ -2,7 +2,7 @@
 
 use super::alarm_report::describe;
 use super::failure::{Failure, NOT_OBSERVED, Outcome, verdict_code};
-use super::{config, output, sweep};
+use super::{config, output};
 use crate::config::Settings;
 use crate::geometry::View;
 use crate::novelty::Verdict;
@@ -115,7 +115,7 @@ fn judge(
         novelties: Vec::new(),
         code: NOT_OBSERVED,
     };
-    let (view, quality) = match seen(visit, settings)? {
+    let (view, quality) = match seen(visit)? {
         Ok(seen) => seen,
         Err(reason) => return Ok(not_observed(reason)),
     };
@@ -151,10 +151,7 @@ fn judge(
 
 /// What the visit saw and how well, from its points, or from its raw data where those gave none; or why there are
 /// none now either.
-fn seen(
-    visit: &StoredVisit,
-    settings: &Settings,
-) -> Result<Result<(View, Option<Quality>), String>, Failure> {
+fn seen(visit: &StoredVisit) -> Result<Result<(View, Option<Quality>), String>, Failure> {
     if let Some(view) = &visit.view {
         let quality = match visit.quality.as_str() {
             "" | "{}" | "null" => None,
@@ -167,7 +164,7 @@ fn seen(
     }
     let raw = visit.raw.as_deref().unwrap_or_default();
     let raw = decode(raw).map_err(|error| Failure::Failed(format!("stored raw data: {error}")))?;
-    Ok(assemble(&raw, &sweep::mount(&settings.mount))
+    Ok(assemble(&raw)
         .map(|sweep| (sweep.view, Some(sweep.quality)))
         .map_err(|error| error.to_string()))
 }

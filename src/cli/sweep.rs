@@ -1,16 +1,16 @@
-//! `patrold sweep --out FILE.ply`: one sweep, straight from the devices.
+//! `patrold sweep --out FILE.ply`: one sweep, through the running service, else straight from the devices.
 
 use super::failure::{DONE, Failure, Outcome};
-use super::{config, output, signals};
-use crate::config::{MountSettings, Settings};
+use super::{client, config, output, signals};
+use crate::config::Settings;
 use crate::devices::{Cancel, Clock, NoteLevel, Station, SweepRequest};
 use crate::formats::write_ply;
-use crate::geometry::{Mount, RollPitchYaw};
-use crate::sweep::{Sweep, assemble};
+use crate::sweep::{Quality, Sweep, assemble};
 use clap::Args;
 use serde_json::json;
 use std::fs;
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 
 /// Arguments of `sweep`.
@@ -22,17 +22,89 @@ pub struct SweepArgs {
     /// Configuration file
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Seconds of the devices per second of the wall, for emulated devices that run at X times the wall's pace
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = super::emulate::scale)]
+    time_scale: f64,
     /// Report as JSON
     #[arg(long)]
     json: bool,
 }
 
+/// What a sweep gave.
+struct Taken {
+    ply: Vec<u8>,
+    points: usize,
+    quality: Quality,
+    /// Why it must not be judged.
+    fault: Option<String>,
+}
+
+/// The file of a cloud that is still to come: `FILE.tmp` beside it, renamed when it is whole, else removed.
+struct Unfinished {
+    wanted: PathBuf,
+    path: PathBuf,
+    file: fs::File,
+}
+
+impl Unfinished {
+    fn create(wanted: &Path) -> Result<Self, Failure> {
+        let Some(name) = wanted.file_name().filter(|_| !wanted.is_dir()) else {
+            return Err(files::named(wanted, "is a folder; name a file"));
+        };
+        let mut name = name.to_owned();
+        name.push(".tmp");
+        let path = wanted.with_file_name(name);
+        let file = fs::File::create(&path).map_err(|error| {
+            let text =
+                format!("cannot be written there: {error}; check its folder, or name another");
+            files::named(wanted, text)
+        })?;
+        Ok(Self {
+            wanted: wanted.to_owned(),
+            path,
+            file,
+        })
+    }
+
+    fn finish(mut self, bytes: &[u8]) -> Result<(), Failure> {
+        self.file
+            .write_all(bytes)
+            .and_then(|()| fs::rename(&self.path, &self.wanted))
+            .map_err(|error| files::named(&self.wanted, error))
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // After the renaming there is none.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
 /// Runs `sweep`.
 pub fn run(args: &SweepArgs) -> Outcome {
     let settings = config::settings(args.config.as_deref())?;
-    let cancel = signals::cancel_on_signal()?;
-    let sweep = sweep_direct(&settings, &Clock::real(), &cancel)?;
-    report(args, &settings, &sweep)
+    // Before anything moves: a cloud that cannot be kept is not worth a sweep.
+    let file = Unfinished::create(&args.out)?;
+    let taken = match client::sweep(&settings.api.socket)? {
+        Some((about, ply)) => Taken {
+            ply,
+            points: about.points,
+            quality: about.sweep,
+            fault: about.fault,
+        },
+        None => {
+            let cancel = signals::cancel_on_signal()?;
+            let sweep = sweep_direct(&settings, &Clock::scaled(args.time_scale), &cancel)?;
+            Taken {
+                ply: write_ply(&sweep.view.points),
+                points: sweep.view.points.len(),
+                fault: sweep.quality.fault(settings.sweep.max_missing_lines),
+                quality: sweep.quality,
+            }
+        }
+    };
+    report(args, file, taken)
 }
 
 /// Homes if the head needs it, sweeps as configured, parks. Notes of the devices go to standard error.
@@ -41,12 +113,13 @@ pub fn run(args: &SweepArgs) -> Outcome {
 /// A device that does not do its part; a sweep that cannot be assembled.
 pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Result<Sweep, Failure> {
     let (notes, heard) = mpsc::channel();
-    let mut station = Station::open(settings, clock.clone(), notes).map_err(Failure::failed)?;
+    let mut station =
+        Station::open(settings, clock.clone(), notes, cancel).map_err(Failure::failed)?;
     let taken = (|| {
         if !station.position_trusted() {
             station.home(cancel)?;
         }
-        let request = SweepRequest::new(&settings.sweep, &settings.sweep.pans_rad);
+        let request = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
         let raw = station.sweep(&request, cancel)?;
         station.park()?;
         Ok(raw)
@@ -56,50 +129,64 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
         eprintln!("patrold: {}: {}", note.device, note.text);
     }
     let raw = taken.map_err(|error: crate::devices::DeviceError| Failure::failed(error))?;
-    assemble(&raw, &mount(&settings.mount)).map_err(Failure::failed)
+    assemble(&raw).map_err(Failure::failed)
 }
 
 /// Writes the cloud and says what it is worth. A sweep that must not be judged is written all the same, and a failure.
-fn report(args: &SweepArgs, settings: &Settings, sweep: &Sweep) -> Outcome {
+fn report(args: &SweepArgs, file: Unfinished, taken: Taken) -> Outcome {
     let path = args.out.display();
-    fs::write(&args.out, write_ply(&sweep.view.points))
-        .map_err(|error| Failure::Failed(format!("{path}: {error}")))?;
-    let quality = &sweep.quality;
-    let fault = quality.fault(settings.sweep.max_missing_lines);
+    file.finish(&taken.ply)?;
+    let quality = &taken.quality;
     if args.json {
         output::json(&json!({
             "out": args.out,
-            "points": sweep.view.points.len(),
+            "points": taken.points,
             "quality": quality,
-            "fault": fault,
+            "fault": taken.fault,
         }))?;
     } else {
         output::line(format!(
             "{path}: {} points, {} of {} lines, {:.1} % of the beams with nothing there",
-            sweep.view.points.len(),
+            taken.points,
             quality.lines_got,
             quality.lines_expected,
             100.0 * quality.no_return_share
         ))?;
     }
-    match fault {
+    match taken.fault {
         None => Ok(DONE),
         Some(why) => Err(Failure::Failed(why)),
     }
 }
 
-/// The configured chain from base to laser.
-pub fn mount(settings: &MountSettings) -> Mount {
-    let [roll_rad, pitch_rad, yaw_rad] = settings.laser_rpy_rad;
-    Mount::new(
-        settings.pan_axis_m,
-        settings.tilt_axis_m,
-        settings.plate_m,
-        settings.laser_m,
-        RollPitchYaw {
-            roll_rad,
-            pitch_rad,
-            yaw_rad,
-        },
-    )
+#[cfg(test)]
+mod tests {
+    use super::Unfinished;
+    use std::fs;
+
+    #[test]
+    fn a_cloud_appears_whole_or_not_at_all_and_its_place_is_tried_first() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let out = dir.path().join("a.ply");
+        let left = || fs::read_dir(dir.path()).expect("listed").count();
+        drop(
+            Unfinished::create(&out)
+                .map_err(|e| e.to_string())
+                .expect("made"),
+        );
+        assert_eq!(left(), 0);
+        let file = Unfinished::create(&out)
+            .map_err(|e| e.to_string())
+            .expect("made");
+        assert!(!out.exists());
+        file.finish(b"ply")
+            .map_err(|e| e.to_string())
+            .expect("written");
+        assert_eq!(
+            (fs::read(&out).expect("there"), left()),
+            (b"ply".to_vec(), 1)
+        );
+        assert!(Unfinished::create(dir.path()).is_err());
+        assert!(Unfinished::create(&dir.path().join("no/a.ply")).is_err());
+    }
 }

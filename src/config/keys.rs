@@ -192,7 +192,7 @@ pub const KEYS: &[Key] = &[
         Floats(1, 16, -TURN, TURN),
         "[0.0]",
         "deg",
-        "One sweep at each of these pans, put together as one cloud.",
+        "One sweep at each of these pans, put together as one cloud; with several the laser must stay within 15 cm of one place.",
     ),
     key(
         "sweep.max_missing_lines",

@@ -7,6 +7,7 @@ mod engine;
 mod keys;
 mod layers;
 mod load;
+mod mount;
 mod reading;
 mod settings;
 mod template;

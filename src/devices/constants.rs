@@ -10,6 +10,10 @@ pub const APPROACH_RAD_S: f64 = 0.8976;
 /// (ptu-d46 section 5).
 pub const LIMIT_MARGIN_STEPS: i32 = 8;
 
+/// Counts by which a limit may move from one calibration to the next: "a few" (ptu-d46 section 5), and beyond twenty, one
+/// degree, something stands in the way.
+pub const LIMITS_MOVE_STEPS: u32 = 20;
+
 /// Lines by which the head starts before the first wanted line and goes on after the last: half a line for the
 /// middle of a line against its ends, one for the line under way when it begins (sweep-geometry section 3.4).
 pub const MARGIN_LINES: f64 = 1.5;
@@ -29,6 +33,14 @@ pub const TIMER_STEP_PERIODS: f64 = 0.5;
 
 /// Scans whose least lag stands for the lag: a host that is late for all of ten scans is late for a second.
 pub const TIMER_SCANS: usize = 10;
+
+/// Scans that a leg needs for a rate of its laser's timer to be told (with fewer it is over before a timer wrong by 0.2 % is
+/// a quarter of a scan off), and the part of the leg that lies between two that are compared: a step spoils that part of
+/// the pairs, and stamps of whole milliseconds are as fine as the leg needs them.
+pub const RATE_SCANS: (usize, usize) = (100, 5);
+
+/// Scans whose least lag dates a scan of step-and-stare: ten seconds, in which a timer wrong by 0.2 % goes 20 ms wrong.
+pub const DATING_SCANS: usize = 100;
 
 /// Standing time before a scan of step-and-stare, over and above the confirmed arrival: the upper end of
 /// "settling 50-100 ms, measure" (sweep-geometry section 4).

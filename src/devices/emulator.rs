@@ -179,10 +179,13 @@ impl Drop for Emulator {
     }
 }
 
+/// Bytes of a device and when they came.
+type Arrival = (Duration, Vec<u8>);
+
 /// Which half of the emulation a thread serves.
 struct Side {
     handle: fn(&mut Emulation, &[u8], Duration),
-    poll: fn(&mut Emulation) -> Option<(Duration, Vec<u8>)>,
+    poll: fn(&mut Emulation) -> Option<Arrival>,
     next: fn(&Emulation) -> Option<Duration>,
 }
 

@@ -154,15 +154,21 @@ impl Driver for HeadDriver {
     fn rest(&mut self, now: Duration) {
         self.now = now;
         self.watched = None;
-        let taken = self.head.halt(now);
+        // A standing head holds its load at low power; the usual setting, and cool for days (ptu-d46 section 10).
+        let taken = self
+            .head
+            .halt(now)
+            .and_then(|()| self.head.hold_power_low(now));
         self.note(taken);
     }
 
     fn is_rest(event: &HeadEvent) -> bool {
-        matches!(
-            event,
-            HeadEvent::Unit(Event::Halted | Event::Fault(_)) | HeadEvent::NotTaken(_)
-        )
+        match event {
+            HeadEvent::Unit(Event::HoldPowerLow | Event::Fault(_)) | HeadEvent::NotTaken(_) => true,
+            // The last word of the rest.
+            HeadEvent::Unit(Event::Refused { command, .. }) => command == "THL",
+            HeadEvent::Unit(_) => false,
+        }
     }
 }
 
@@ -186,5 +192,62 @@ pub(super) fn head_error(error: &HeadError, port: &str) -> DeviceError {
             port,
             detail,
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Driver, HeadDriver, Output};
+    use crate::devices::emulation::{Emulation, EmulationOptions};
+    use crate::devices::error::Device;
+    use crate::devices::lockstep::bench::ROOM;
+    use crate::devices::port_name::PortName;
+    use crate::world::Scene;
+    use std::sync::Arc;
+    use std::time::Duration;
+
+    #[test]
+    fn at_rest_it_stands_and_holds_at_low_power() {
+        let scene = Scene::parse(ROOM).expect("a scene");
+        let world = Arc::new(scene.build(None).expect("no cloud in it"));
+        let options = EmulationOptions::seeded(1);
+        let mut unit = Emulation::new(options, world, scene.map_from_base, Duration::ZERO);
+        let port = PortName {
+            device: Device::Head,
+            name: "ptu".to_owned(),
+            baud: 9600,
+        };
+        let mut head = HeadDriver::new(&port, 9600, false);
+        let (mut now, mut resting, mut sent) = (Duration::ZERO, false, Vec::new());
+        head.connect(now);
+        loop {
+            while let Some(output) = head.poll() {
+                match output {
+                    Output::Send(bytes) => {
+                        if resting {
+                            sent.extend_from_slice(&bytes);
+                        }
+                        unit.handle_head_bytes(&bytes, now);
+                    }
+                    Output::Event(event) if resting && HeadDriver::is_rest(&event) => {
+                        assert_eq!(String::from_utf8_lossy(&sent), "H PHL THL ");
+                        return;
+                    }
+                    Output::Event(event) if HeadDriver::is_connected(&event) => {
+                        resting = true;
+                        head.rest(now);
+                    }
+                    Output::Event(_) => {}
+                }
+            }
+            let next = [unit.next_head_event(), head.deadline()];
+            now = now.max(next.into_iter().flatten().min().expect("something waits"));
+            unit.advance(now);
+            while let Some((_, bytes)) = unit.poll_head() {
+                head.handle_bytes(&bytes, now);
+            }
+            head.handle_deadline(now);
+            assert!(now < Duration::from_secs(60), "never at rest");
+        }
     }
 }

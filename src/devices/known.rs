@@ -2,6 +2,7 @@
 
 use super::error::{Device, DeviceError};
 use super::head::HeadEvent;
+use super::head_memory::HeadMemory;
 use super::port::PortEvent;
 use super::port_name::PortName;
 use super::station::Told;
@@ -43,14 +44,20 @@ pub(super) struct Known {
     distrust: Option<&'static str>,
     /// The head is taken as it is found, once.
     trust_at_first: bool,
+    memory: HeadMemory,
     notes: Sender<DeviceNote>,
 }
+
+/// Why a calibration that ended is not believed.
+const LIMITS_MOVED: &str =
+    "its limits are not where they were before its calibration: is something in its way?";
 
 impl Known {
     pub(super) fn new(
         laser: &PortName,
         head: &PortName,
         home_at_start: bool,
+        memory: HeadMemory,
         notes: Sender<DeviceNote>,
     ) -> Self {
         Self {
@@ -61,6 +68,7 @@ impl Known {
             ports: (laser.name.clone(), head.name.clone()),
             distrust: Some("it was not homed since it was connected"),
             trust_at_first: !home_at_start,
+            memory,
             notes,
         }
     }
@@ -121,7 +129,9 @@ impl Known {
                 self.laser_error = Some(error.clone());
             }
             Told::Head(PortEvent::Lost { error, retry_in }) => {
-                self.head = None;
+                if self.head.take().is_some() {
+                    self.memory.doubt();
+                }
                 self.distrust = Some("its port was lost in between");
                 self.lost(Device::Head, error, retry_in.as_secs_f64());
                 self.head_error = Some(error.clone());
@@ -147,19 +157,32 @@ impl Known {
             E::Connected(identity) => {
                 let text = format!("{} on {}", identity.version, self.ports.1);
                 self.tell(Device::Head, NoteLevel::Info, text);
-                let first = std::mem::take(&mut self.trust_at_first);
-                if first || identity.calibration_seen {
-                    self.distrust = None;
-                }
+                let first =
+                    std::mem::take(&mut self.trust_at_first) && self.memory.may_take_as_found();
+                let stand = self.memory.limits_stand(identity);
                 self.head = Some((**identity).clone());
                 self.head_error = None;
+                match (identity.calibration_seen, stand) {
+                    (true, true) => self.calibrated(),
+                    (true, false) => self.distrusted(LIMITS_MOVED),
+                    (false, _) if first => self.distrust = None,
+                    (false, _) => {}
+                }
             }
             E::HomeDone { pan, tilt } => {
                 if let Some(head) = &mut self.head {
                     (head.pan.limits, head.tilt.limits) = (*pan, *tilt);
                 }
-                self.distrust = None;
-                self.tell(Device::Head, NoteLevel::Info, "homed".to_owned());
+                if self
+                    .head
+                    .as_ref()
+                    .is_none_or(|h| self.memory.limits_stand(h))
+                {
+                    self.calibrated();
+                    self.tell(Device::Head, NoteLevel::Info, "homed".to_owned());
+                } else {
+                    self.distrusted(LIMITS_MOVED);
+                }
             }
             E::LimitHit(_) => self.distrusted("an axis ran into its limit"),
             E::CableLost => self.distrusted("the cable to the head came off"),
@@ -172,8 +195,20 @@ impl Known {
         }
     }
 
-    /// From now on counts stand for nothing, until the next calibration.
+    fn calibrated(&mut self) {
+        self.distrust = None;
+        self.memory.calibrated();
+    }
+
+    /// A calibration is asked for: until it ends the head is anywhere.
+    pub(super) fn begin_homing(&mut self) {
+        self.distrust = Some("its calibration did not end");
+        self.memory.doubt();
+    }
+
+    /// From now on counts stand for nothing, until the next calibration; not in the next station either.
     pub(super) fn distrusted(&mut self, why: &'static str) {
+        self.memory.doubt();
         self.distrust = Some(why);
         self.warn(Device::Head, format!("position not trusted: {why}"));
     }
@@ -190,4 +225,139 @@ fn away(device: Device, port: &str, error: Option<&DeviceError>) -> DeviceError 
         port: port.to_owned(),
         detail: "it is being connected".to_owned(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Known, Told};
+    use crate::devices::error::{Device, DeviceError};
+    use crate::devices::head::HeadEvent;
+    use crate::devices::head_memory::HeadMemory;
+    use crate::devices::lockstep::bench::Bench;
+    use crate::devices::port::PortEvent;
+    use crate::devices::port_name::PortName;
+    use ptu::{Axis, Event, HeadIdentity};
+    use std::sync::mpsc;
+    use std::time::Duration;
+
+    fn known(memory: &HeadMemory) -> Known {
+        let port = |device| PortName {
+            device,
+            name: format!("/dev/{device}"),
+            baud: 9600,
+        };
+        let (laser, head) = (port(Device::Laser), port(Device::Head));
+        Known::new(&laser, &head, false, memory.clone(), mpsc::channel().0)
+    }
+
+    fn unit() -> HeadIdentity {
+        let bench = Bench::ready(crate::devices::EmulationOptions::seeded(1));
+        let mut unit = bench.identity.expect("connected");
+        unit.calibration_seen = false;
+        unit
+    }
+
+    fn hear(known: &mut Known, event: Event) {
+        known.note(&Told::Head(PortEvent::Device(HeadEvent::Unit(event))));
+    }
+
+    fn connected(unit: &HeadIdentity) -> Event {
+        Event::Connected(Box::new(unit.clone()))
+    }
+
+    fn home_done(unit: &HeadIdentity) -> Event {
+        Event::HomeDone {
+            pan: unit.pan.limits,
+            tilt: unit.tilt.limits,
+        }
+    }
+
+    #[test]
+    fn what_spoilt_the_position_outlives_the_station() {
+        let unit = unit();
+        for doubt in [
+            Event::LimitHit(Axis::Pan),
+            Event::CableLost,
+            Event::Restarted,
+        ] {
+            let memory = HeadMemory::default();
+            let mut first = known(&memory);
+            hear(&mut first, connected(&unit));
+            assert!(first.trusted(), "taken as it is found");
+            hear(&mut first, doubt.clone());
+            drop(first);
+            let mut second = known(&memory);
+            hear(&mut second, connected(&unit));
+            assert!(!second.trusted(), "{doubt:?}");
+            hear(&mut second, home_done(&unit));
+            assert!(second.trusted());
+        }
+    }
+
+    #[test]
+    fn a_port_lost_or_a_homing_that_did_not_end_outlives_it_too() {
+        let unit = unit();
+        let error = DeviceError::Cancelled;
+        let lost = Told::Head(PortEvent::Lost {
+            error,
+            retry_in: Duration::ZERO,
+        });
+        let memory = HeadMemory::default();
+        let mut absent = known(&memory);
+        absent.note(&lost);
+        let mut first = known(&memory);
+        hear(&mut first, connected(&unit));
+        assert!(
+            first.trusted(),
+            "a port that was never there spoils nothing"
+        );
+        first.note(&lost);
+        let mut second = known(&memory);
+        hear(&mut second, connected(&unit));
+        assert!(!second.trusted());
+
+        let memory = HeadMemory::default();
+        known(&memory).begin_homing();
+        let mut second = known(&memory);
+        hear(&mut second, connected(&unit));
+        assert!(!second.trusted());
+    }
+
+    #[test]
+    fn only_the_first_station_takes_the_head_as_it_is_found() {
+        let unit = unit();
+        let memory = HeadMemory::default();
+        memory.opened();
+        let mut second = known(&memory);
+        hear(&mut second, connected(&unit));
+        assert!(!second.trusted());
+    }
+
+    #[test]
+    fn a_limit_hit_while_it_connects_is_no_good_start() {
+        let mut known = known(&HeadMemory::default());
+        hear(&mut known, Event::LimitHit(Axis::Tilt));
+        hear(&mut known, connected(&unit()));
+        assert!(!known.trusted());
+    }
+
+    #[test]
+    fn limits_that_moved_with_the_calibration_are_not_believed() {
+        let unit = unit();
+        let memory = HeadMemory::default();
+        let mut known = known(&memory);
+        hear(&mut known, connected(&unit));
+        let mut calibrated = unit.clone();
+        calibrated.pan.limits.max_steps -= 20;
+        hear(&mut known, home_done(&calibrated));
+        assert!(known.trusted(), "they move by a few counts");
+        calibrated.pan.limits.max_steps -= 1;
+        hear(&mut known, home_done(&calibrated));
+        assert!(!known.trusted() && known.distrust().contains("in its way"));
+        calibrated.calibration_seen = true;
+        hear(&mut known, connected(&calibrated));
+        assert!(!known.trusted(), "nor after a power-up");
+        hear(&mut known, home_done(&unit));
+        assert!(known.trusted());
+    }
 }

@@ -8,7 +8,7 @@
 //! | `port_name`, `port` | a configured port | a thread that keeps it open and serves its driver |
 //! | `plan` | settings, identities | one sweep in whole counts |
 //! | `sweep_run`, `sweep_data` | events of both devices | commands to both, in the end a raw sweep or the reason why not |
-//! | `station`, `known`, `report` | settings | both devices as one object with blocking calls; what is known of them |
+//! | `station`, `known`, `head_memory`, `report` | settings | both devices as one object with blocking calls; what is known of them |
 //! | `emulation`, `emulated_fault`, `emulator` | a scene | the devices' other ends, pure and on pseudo-terminals |
 
 mod cancel;
@@ -20,6 +20,7 @@ mod emulation;
 mod emulator;
 mod error;
 mod head;
+mod head_memory;
 mod known;
 mod laser;
 mod plan;
@@ -40,6 +41,7 @@ pub use emulated_fault::{EmulatedFault, EmulatedFaultError};
 pub use emulation::{Emulation, EmulationOptions};
 pub use emulator::{Emulator, EmulatorError, EmulatorPorts, Lag};
 pub use error::{Device, DeviceError, PortError};
+pub use head_memory::HeadMemory;
 pub use known::{DeviceNote, NoteLevel};
 pub use plan::{SweepPlan, SweepRequest};
 pub use report::{AxisReport, DevicesReport, HeadReport, LaserReport};

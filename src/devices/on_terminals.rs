@@ -5,7 +5,7 @@ use super::{
     SweepRequest,
 };
 use crate::config::Settings;
-use crate::devices::lockstep::bench::{ROOM, true_mount};
+use crate::devices::lockstep::bench::ROOM;
 use crate::sweep::assemble;
 use crate::world::{NoiseOptions, Scene};
 use std::sync::{Arc, mpsc};
@@ -36,11 +36,12 @@ fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
     let emulator = emulator(&clock, &EmulatorPorts::default());
     let settings = settings(&emulator);
     let (notes, _heard) = mpsc::channel();
-    let mut station = Station::open(&settings, clock.clone(), notes).expect("both answer");
-    let who = station.describe().expect("both tell");
+    let mut station =
+        Station::open(&settings, clock.clone(), notes, &Cancel::new()).expect("both answer");
+    let who = station.describe(&Cancel::new()).expect("both tell");
     assert_eq!(who.laser.serial, "H0706400");
     assert_eq!(who.ptu.supply_v, Some(24.0));
-    let mut request = SweepRequest::new(&settings.sweep, &[0.1]);
+    let mut request = SweepRequest::new(&settings.sweep, &settings.mount, &[0.1]);
     request.tilt_from_rad = -0.1;
     let refused = station.sweep(&request, &Cancel::new());
     assert!(matches!(refused, Err(DeviceError::PositionLost { .. })));
@@ -48,7 +49,7 @@ fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
 
     let raw = station.sweep(&request, &Cancel::new()).expect("a sweep");
     assert!(!emulator.laser_on() && !emulator.head_moving());
-    let sweep = assemble(&raw, &true_mount()).expect("assembles");
+    let sweep = assemble(&raw).expect("assembles");
     eprintln!("{:?}, lag {:?}", sweep.quality, emulator.take_lag());
     // How well depends on the machine; that the points are the room's does not.
     let far = sweep
@@ -87,12 +88,14 @@ fn dropped_in_the_middle_the_laser_goes_off() {
     let mut settings = settings(&emulator);
     settings.ptu.home_at_start = false;
     let (notes, _heard) = mpsc::channel();
-    let mut station = Station::open(&settings, clock.clone(), notes).expect("both answer");
+    let mut station =
+        Station::open(&settings, clock.clone(), notes, &Cancel::new()).expect("both answer");
     assert!(station.position_trusted());
     let cancel = Cancel::new();
     let later = cancel.clone();
     let sweeping = thread::spawn(move || {
-        let request = SweepRequest::new(&Settings::defaults().sweep, &[0.0]);
+        let settings = Settings::defaults();
+        let request = SweepRequest::new(&settings.sweep, &settings.mount, &[0.0]);
         let outcome = station.sweep(&request, &later);
         drop(station);
         outcome
@@ -115,7 +118,8 @@ fn missing_and_exchanged_ports_are_told() {
     let mut absent = Settings::defaults();
     absent.laser.port = "/dev/no-such-laser".to_owned();
     absent.ptu.port = "/dev/no-such-ptu".to_owned();
-    let (laser, head) = Station::survey(&absent, clock.clone(), notes.clone()).expect("threads");
+    let (laser, head) =
+        Station::survey(&absent, clock.clone(), notes.clone(), &Cancel::new()).expect("threads");
     assert!(
         laser
             .expect_err("absent")
@@ -127,7 +131,8 @@ fn missing_and_exchanged_ports_are_told() {
     let emulator = emulator(&clock, &EmulatorPorts::default());
     let mut exchanged = settings(&emulator);
     std::mem::swap(&mut exchanged.laser.port, &mut exchanged.ptu.port);
-    let (laser, head) = Station::survey(&exchanged, clock.clone(), notes).expect("threads");
+    let (laser, head) =
+        Station::survey(&exchanged, clock.clone(), notes, &Cancel::new()).expect("threads");
     let (laser, head) = (laser.expect_err("a head"), head.expect_err("a laser"));
     eprintln!("{laser}\n{head}");
     for error in [laser, head] {
@@ -139,4 +144,16 @@ fn missing_and_exchanged_ports_are_told() {
             "{error}"
         );
     }
+}
+
+#[test]
+fn waiting_for_a_silent_port_can_be_cancelled() {
+    let clock = Clock::scaled(1.0);
+    let emulator = emulator(&clock, &EmulatorPorts::default());
+    emulator.inject("ptu.silence:deaf=true,for=600".parse().expect("a fault"));
+    let (notes, _heard) = mpsc::channel();
+    let cancel = Cancel::new();
+    cancel.cancel();
+    let open = Station::open(&settings(&emulator), clock.clone(), notes, &cancel);
+    assert!(matches!(open, Err(DeviceError::Cancelled)));
 }

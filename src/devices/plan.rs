@@ -4,7 +4,8 @@ use super::constants::{
     APPROACH_RAD_S, LEAST_RANGE_RAD, LIMIT_MARGIN_STEPS, LINE_SHARE, MARGIN_LINES,
 };
 use super::error::DeviceError;
-use crate::config::{PtuSettings, SweepMode, SweepSettings};
+use crate::config::{MountSettings, PtuSettings, SweepMode, SweepSettings};
+use crate::geometry::Mount;
 use crate::scan::Optics;
 use ptu::{AxisIdentity, AxisScale, HeadIdentity, Sign};
 use scip::command::span::Span;
@@ -26,11 +27,13 @@ pub struct SweepRequest {
     pub step_rad: f64,
     /// Pans, radians, in this order.
     pub pans_rad: Vec<f64>,
+    /// Where the laser sits; stored with the sweep.
+    pub mount: Mount,
 }
 
 impl SweepRequest {
     /// The configured sweep at these pans (`Settings::pans_rad` knows a waypoint's).
-    pub fn new(settings: &SweepSettings, pans_rad: &[f64]) -> Self {
+    pub fn new(settings: &SweepSettings, mount: &MountSettings, pans_rad: &[f64]) -> Self {
         Self {
             mode: settings.mode,
             tilt_from_rad: settings.tilt_from_rad,
@@ -38,6 +41,7 @@ impl SweepRequest {
             speed_rad_s: settings.speed_rad_s,
             step_rad: settings.step_rad,
             pans_rad: pans_rad.to_vec(),
+            mount: mount.chain(),
         }
     }
 }
@@ -97,6 +101,8 @@ pub struct SweepPlan {
     pub stream: StreamPlan,
     /// The beams of a scan.
     pub optics: Optics,
+    /// Where the laser sits.
+    pub mount: Mount,
     /// Time between two scans that are sent.
     pub line_period: Duration,
     /// Pans of the legs: counts, and the angle those counts are, radians.
@@ -167,6 +173,7 @@ impl SweepPlan {
                 period_s: parameters.scan_period().as_secs_f64(),
             },
             stream,
+            mount: request.mount.clone(),
             line_period,
             pans,
             tilt: swing.plan,

@@ -135,7 +135,7 @@ impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
             let End::Failed(error) = end else { return };
             if !self.connected && !matches!(error, DeviceError::Port { .. }) {
                 turn += 1;
-                if turn % bauds.len().max(1) != 0 {
+                if !turn.is_multiple_of(bauds.len().max(1)) {
                     continue;
                 }
             }

@@ -1,14 +1,18 @@
 //! Both devices as one object with blocking calls, for the service and the command line.
 
+mod park;
+mod watch;
+
 use super::cancel::Cancel;
 use super::clock::Clock;
 use super::constants::{
-    BITS_PER_BYTE, CANCEL_CHECK, CONNECT_LIMIT, HEALTH_LIMIT, HOME_LIMIT, OPEN_LIMIT, STEP_LIMIT,
+    BITS_PER_BYTE, CANCEL_CHECK, CONNECT_LIMIT, HEALTH_LIMIT, HOME_LIMIT, OPEN_LIMIT,
 };
 use super::error::{Device, DeviceError};
 use super::head::{HeadCommand, HeadDriver, HeadEvent, head_error};
+use super::head_memory::HeadMemory;
 use super::known::{DeviceNote, Known};
-use super::laser::{LaserCommand, LaserDriver};
+use super::laser::LaserDriver;
 use super::plan::{HeadFacts, LaserFacts, SweepPlan, SweepRequest};
 use super::port::{Port, PortEvent};
 use super::port_name::{Line, PortName};
@@ -16,7 +20,6 @@ use super::report::{DevicesReport, HeadReport, LaserReport};
 use super::sweep_run::{PortNames, RunAction, SweepRun};
 use crate::config::{PtuSettings, Settings};
 use crate::sweep::RawSweep;
-use ptu::Axis;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
@@ -47,24 +50,43 @@ impl Station {
     /// It does not home: see [`position_trusted`](Self::position_trusted).
     ///
     /// # Errors
-    /// The first device that cannot be had, with what to do.
+    /// The first device that cannot be had, with what to do; [`DeviceError::Cancelled`] soon after `cancel` was set.
     pub fn open(
         settings: &Settings,
         clock: Clock,
         notes: Sender<DeviceNote>,
+        cancel: &Cancel,
     ) -> Result<Self, DeviceError> {
-        let mut station = Self::begin(settings, clock, notes)?;
-        station.wait_for_both(false);
+        Self::open_again(settings, clock, notes, &HeadMemory::default(), cancel)
+    }
+
+    /// As [`open`](Self::open), with what former stations left in `memory`: a doubt of theirs stays one, and only the
+    /// first station that opened takes the head as it is found.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_again(
+        settings: &Settings,
+        clock: Clock,
+        notes: Sender<DeviceNote>,
+        memory: &HeadMemory,
+        cancel: &Cancel,
+    ) -> Result<Self, DeviceError> {
+        let mut station = Self::begin(settings, clock, notes, memory)?;
+        station.wait_for_both(false, cancel)?;
         match station.known.failures() {
             (Some(error), _) | (None, Some(error)) => Err(error),
-            (None, None) => Ok(station),
+            (None, None) => {
+                memory.opened();
+                Ok(station)
+            }
         }
     }
 
     /// Who answers on the two ports, each by itself: one device's failure does not hide the other.
     ///
     /// # Errors
-    /// Only [`DeviceError::NoThread`]; what is wrong with a device stands in its place.
+    /// Only [`DeviceError::NoThread`] and [`DeviceError::Cancelled`]; what is wrong with a device stands in its place.
     #[allow(
         clippy::type_complexity,
         reason = "two answers, each with its own way to fail"
@@ -73,6 +95,7 @@ impl Station {
         settings: &Settings,
         clock: Clock,
         notes: Sender<DeviceNote>,
+        cancel: &Cancel,
     ) -> Result<
         (
             Result<LaserReport, DeviceError>,
@@ -80,12 +103,12 @@ impl Station {
         ),
         DeviceError,
     > {
-        let mut station = Self::begin(settings, clock, notes)?;
-        station.wait_for_both(true);
+        let mut station = Self::begin(settings, clock, notes, &HeadMemory::default())?;
+        station.wait_for_both(true, cancel)?;
         let (laser, head) = station.known.failures();
         Ok((
             laser.map_or_else(|| station.laser_report(), Err),
-            head.map_or_else(|| station.head_report(), Err),
+            head.map_or_else(|| station.head_report(cancel), Err),
         ))
     }
 
@@ -93,6 +116,7 @@ impl Station {
         settings: &Settings,
         clock: Clock,
         notes: Sender<DeviceNote>,
+        memory: &HeadMemory,
     ) -> Result<Self, DeviceError> {
         let laser_port = PortName {
             device: Device::Laser,
@@ -114,7 +138,13 @@ impl Station {
                 tell_head.send(Told::Head(event)).is_ok()
             })?,
             told,
-            known: Known::new(&laser_port, &head_port, settings.ptu.home_at_start, notes),
+            known: Known::new(
+                &laser_port,
+                &head_port,
+                settings.ptu.home_at_start,
+                memory.clone(),
+                notes,
+            ),
             laser_port,
             head_port,
             ptu: settings.ptu.clone(),
@@ -123,16 +153,20 @@ impl Station {
     }
 
     /// Until both are known or one (`each`: both) failed.
-    fn wait_for_both(&mut self, each: bool) {
+    fn wait_for_both(&mut self, each: bool, cancel: &Cancel) -> Result<(), DeviceError> {
         let until = self.clock.now() + OPEN_LIMIT;
         while self.clock.now() < until {
+            if cancel.is_cancelled() {
+                return Err(DeviceError::Cancelled);
+            }
             let (laser, head) = self.known.settled();
             let failed = self.known.has_failed();
             if (laser && head) || (failed && !each) {
-                return;
+                return Ok(());
             }
             self.next(until);
         }
+        Ok(())
     }
 
     /// The next event, taken note of; `None` if none came within the time between two looks at a cancelled flag.
@@ -160,12 +194,12 @@ impl Station {
     /// Who both devices are and how they are. Asks the head for supply and temperature.
     ///
     /// # Errors
-    /// A device that is not connected, or does not answer.
-    pub fn describe(&mut self) -> Result<DevicesReport, DeviceError> {
-        self.be_connected(&Cancel::new())?;
+    /// A device that is not connected, or does not answer; [`DeviceError::Cancelled`] soon after `cancel` was set.
+    pub fn describe(&mut self, cancel: &Cancel) -> Result<DevicesReport, DeviceError> {
+        self.be_connected(cancel)?;
         Ok(DevicesReport {
             laser: self.laser_report()?,
-            ptu: self.head_report()?,
+            ptu: self.head_report(cancel)?,
         })
     }
 
@@ -174,11 +208,14 @@ impl Station {
         Ok(LaserReport::new(&self.laser_port.name, identity))
     }
 
-    fn head_report(&mut self) -> Result<HeadReport, DeviceError> {
+    fn head_report(&mut self, cancel: &Cancel) -> Result<HeadReport, DeviceError> {
         self.head.send(HeadCommand::QueryHealth);
         let until = self.clock.now() + HEALTH_LIMIT;
         let mut health = None;
         while self.clock.now() < until {
+            if cancel.is_cancelled() {
+                return Err(DeviceError::Cancelled);
+            }
             match self.next(until) {
                 Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Health(got))))) => {
                     health = Some(got);
@@ -208,6 +245,7 @@ impl Station {
     /// hears nothing until then.
     pub fn home(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
         self.be_connected(cancel)?;
+        self.known.begin_homing();
         self.head.send(HeadCommand::Home);
         let until = self.clock.now() + HOME_LIMIT;
         while self.clock.now() < until {
@@ -217,7 +255,7 @@ impl Station {
             match self.next(until) {
                 Some(Told::Head(PortEvent::Lost { error, .. })) => return Err(error),
                 Some(Told::Head(PortEvent::Device(HeadEvent::Unit(event)))) => match event {
-                    ptu::Event::HomeDone { .. } => return Ok(()),
+                    ptu::Event::HomeDone { .. } => return self.check_trust(),
                     ptu::Event::Fault(error) => {
                         return Err(head_error(&error, &self.head_port.name));
                     }
@@ -252,12 +290,7 @@ impl Station {
         cancel: &Cancel,
     ) -> Result<RawSweep, DeviceError> {
         self.be_connected(cancel)?;
-        if !self.known.trusted() {
-            return Err(DeviceError::PositionLost {
-                port: self.head_port.name.clone(),
-                detail: self.known.distrust().to_owned(),
-            });
-        }
+        self.check_trust()?;
         let plan = self.plan(request)?;
         for text in &plan.notes {
             self.known.warn(Device::Head, text.clone());
@@ -296,6 +329,16 @@ impl Station {
         }
     }
 
+    fn check_trust(&self) -> Result<(), DeviceError> {
+        if self.known.trusted() {
+            return Ok(());
+        }
+        Err(DeviceError::PositionLost {
+            port: self.head_port.name.clone(),
+            detail: self.known.distrust().to_owned(),
+        })
+    }
+
     fn carry_out(&mut self, run: &mut SweepRun) {
         while let Some(action) = run.poll_action() {
             match action {
@@ -325,65 +368,6 @@ impl Station {
         )
     }
 
-    /// Lays everything to rest: laser off, head to 0, 0 if its position is trusted (else halted), hold power low.
-    ///
-    /// # Errors
-    /// The head is not connected, or stalls.
-    pub fn park(&mut self) -> Result<(), DeviceError> {
-        self.catch_up();
-        self.laser.send(LaserCommand::Stop);
-        if !self.known.trusted() {
-            self.head.send(HeadCommand::Halt);
-            self.head.send(HeadCommand::HoldLow);
-            return Ok(());
-        }
-        let (pan, tilt) = {
-            let identity = self.known.head()?;
-            (identity.pan, identity.tilt)
-        };
-        self.head.send(HeadCommand::HoldLow);
-        for (name, axis) in [(Axis::Pan, &pan), (Axis::Tilt, &tilt)] {
-            let speed = axis
-                .base_speed
-                .clamp(axis.speed_min, axis.speed_max.max(axis.speed_min));
-            self.head.send(HeadCommand::SetSpeed(name, speed));
-            self.head.send(HeadCommand::MoveTo(name, 0));
-        }
-        for axis in [Axis::Pan, Axis::Tilt] {
-            self.wait_at_zero(axis)?;
-        }
-        self.head.send(HeadCommand::Watch(None));
-        Ok(())
-    }
-
-    fn wait_at_zero(&mut self, wanted: Axis) -> Result<(), DeviceError> {
-        self.head.send(HeadCommand::Watch(Some(wanted)));
-        let until = self.clock.now() + STEP_LIMIT;
-        while self.clock.now() < until {
-            match self.next(until) {
-                Some(Told::Head(PortEvent::Lost { error, .. })) => return Err(error),
-                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Position {
-                    axis,
-                    steps: 0,
-                    ..
-                }))))
-                    if axis == wanted =>
-                {
-                    return Ok(());
-                }
-                _ => {}
-            }
-        }
-        self.head.send(HeadCommand::Watch(None));
-        self.head.send(HeadCommand::Halt);
-        Err(DeviceError::Overdue {
-            device: Device::Head,
-            port: self.head_port.name.clone(),
-            what: "parking",
-            limit_s: STEP_LIMIT.as_secs(),
-        })
-    }
-
     /// Both connected, if need be after a wait.
     fn be_connected(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
         self.catch_up();
@@ -407,6 +391,8 @@ impl Station {
 
 impl Drop for Station {
     fn drop(&mut self) {
+        // What nobody asked about is remembered all the same.
+        self.catch_up();
         // Both at once; their own drops wait.
         self.laser.begin_close();
         self.head.begin_close();

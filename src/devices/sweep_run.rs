@@ -11,12 +11,12 @@
 
 mod steps;
 
-use super::constants::{FIRST_BYTE_TURN, SETTLE, STEP_LIMIT, WARM_SCANS};
+use super::constants::{SETTLE, STEP_LIMIT, WARM_SCANS};
 use super::error::{Device, DeviceError};
 use super::head::{HeadCommand, HeadEvent, head_error};
 use super::laser::{LaserCommand, laser_error};
 use super::plan::SweepPlan;
-use super::sweep_data::{LegDraft, StampUnwrapper, time_sample};
+use super::sweep_data::{LegDraft, ScanDating, StampUnwrapper, time_sample};
 use crate::sweep::{Leg, Poll, RawScan, RawSweep};
 use ptu::{Axis, MoveState, MoveWatch};
 use scip::Rejection;
@@ -76,6 +76,7 @@ pub struct SweepRun {
     legs: Vec<Leg>,
     draft: LegDraft,
     stamps: StampUnwrapper,
+    dating: ScanDating,
     last_steps: i32,
     outcome: Option<Result<RawSweep, DeviceError>>,
 }
@@ -93,6 +94,7 @@ impl SweepRun {
             legs: Vec::new(),
             draft: LegDraft::default(),
             stamps: StampUnwrapper::default(),
+            dating: ScanDating::default(),
             last_steps: 0,
             outcome: None,
         };
@@ -185,7 +187,10 @@ impl SweepRun {
                 self.draft.time_samples.push(sample);
             }
             E::TimeExchanged { .. } => match self.phase {
-                Phase::TimeBefore => self.warm_up(now),
+                Phase::TimeBefore => {
+                    self.dating.begin(&self.draft.time_samples);
+                    self.warm_up(now);
+                }
                 Phase::TimeAfter => self.finish_leg(now),
                 _ => {}
             },
@@ -334,6 +339,7 @@ impl SweepRun {
             arrived_s: first_byte_at.as_secs_f64(),
             values: scan.ranges,
         };
+        let begun_s = self.dating.begun_s(&raw, self.plan.optics.period_s);
         match &mut self.phase {
             Phase::Warming(good) => {
                 *good += 1;
@@ -344,7 +350,6 @@ impl SweepRun {
             Phase::Sweeping(_) => self.draft.scans.push(raw),
             Phase::Staring(line, since) => {
                 let line = *line;
-                let begun_s = raw.arrived_s - FIRST_BYTE_TURN * self.plan.optics.period_s;
                 if begun_s >= since.as_secs_f64() {
                     self.draft.scans.push(raw);
                     self.draft.tilt_steps.extend(self.line_target(line));

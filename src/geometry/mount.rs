@@ -1,12 +1,13 @@
 //! Where the laser is for a pan and a tilt: the kinematic chain of sweep-geometry section 2.
 
 use super::{Pose, RollPitchYaw};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 /// The chain base -> pan axis -> tilt axis -> plate -> laser:
 /// `p_base = o_pan + Rz(pan) (o_tilt + Ry(-tilt) (o_plate + R_L q + t_L))`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mount {
+    numbers: [f64; 15],
     base_from_pan: Vector3<f64>,
     pan_from_tilt: Vector3<f64>,
     tilt_from_laser: Pose,
@@ -21,12 +22,38 @@ impl Mount {
         laser_m: [f64; 3],
         laser: RollPitchYaw,
     ) -> Self {
-        let plate = Translation3::from(Vector3::from(plate_m));
+        let turn = [laser.roll_rad, laser.pitch_rad, laser.yaw_rad];
+        let groups = [pan_axis_m, tilt_axis_m, plate_m, laser_m, turn];
+        Self::of_numbers(std::array::from_fn(|i| groups[i / 3][i % 3]))
+    }
+
+    /// The chain from what [`numbers`](Self::numbers) gave.
+    pub fn of_numbers(numbers: [f64; 15]) -> Self {
+        let triple = |at: usize| [numbers[at], numbers[at + 1], numbers[at + 2]];
+        let [roll_rad, pitch_rad, yaw_rad] = triple(12);
+        let laser = RollPitchYaw {
+            roll_rad,
+            pitch_rad,
+            yaw_rad,
+        };
+        let plate = Translation3::from(Vector3::from(triple(6)));
         Self {
-            base_from_pan: Vector3::from(pan_axis_m),
-            pan_from_tilt: Vector3::from(tilt_axis_m),
-            tilt_from_laser: plate * laser.with_translation(laser_m),
+            numbers,
+            base_from_pan: Vector3::from(triple(0)),
+            pan_from_tilt: Vector3::from(triple(3)),
+            tilt_from_laser: plate * laser.with_translation(triple(9)),
         }
+    }
+
+    /// Pan axis, tilt axis, plate, laser (x, y, z in metres each), roll, pitch and yaw of the laser (radians): all there
+    /// is to store of it.
+    pub fn numbers(&self) -> [f64; 15] {
+        self.numbers
+    }
+
+    /// The axis about which the laser tilts, in the base's frame.
+    pub fn tilt_axis(&self, pan_rad: f64) -> Unit<Vector3<f64>> {
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pan_rad) * Vector3::y_axis()
     }
 
     /// Pose of the laser in the base's frame; pan positive to the left, tilt positive up, radians.
@@ -59,6 +86,18 @@ mod tests {
             [0.0, 0.0, 0.05],
             straight,
         )
+    }
+
+    #[test]
+    fn its_numbers_are_all_there_is_of_it() {
+        let turned = RollPitchYaw {
+            roll_rad: 0.1,
+            pitch_rad: -0.2,
+            yaw_rad: 0.3,
+        };
+        let mount = Mount::new([0.1; 3], [0.2; 3], [0.3; 3], [0.4; 3], turned);
+        assert_eq!(Mount::of_numbers(mount.numbers()), mount);
+        assert!((mount.tilt_axis(FRAC_PI_2).x + 1.0).abs() < 1e-12);
     }
 
     #[test]

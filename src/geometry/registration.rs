@@ -20,7 +20,8 @@ pub struct RegistrationSettings {
     pub iterations: usize,
     /// Most current places used while the gate is wide, and at the last stage.
     pub places: [usize; 2],
-    /// Share of explained current surface below which the views do not show the same place.
+    /// Share of explained current surface below which the views do not show the same place. Simulated quiet pairs lie
+    /// at 0.86-0.96 (`tests/gates.rs`); half of that leaves room for what changed.
     pub least_share: f64,
     /// A direction is unobservable if less than this share of the surface resists moving along it.
     pub least_resistance: f64,

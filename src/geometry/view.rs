@@ -33,6 +33,9 @@ pub struct View {
     pub free_range_m: f64,
     /// The sensor's own range noise where it is known; otherwise it is estimated from the points.
     pub noise: Option<NoiseLaw>,
+    /// The axis, in the frame of the points, about which a line scanner was tilted: its lines crowd towards it. `None`
+    /// for bare clouds and for sweeps of several pans, which have no one axis.
+    pub tilt_axis: Option<Unit<Vector3<f64>>>,
 }
 
 impl View {
@@ -44,6 +47,7 @@ impl View {
             no_return: Vec::new(),
             free_range_m: 0.0,
             noise: None,
+            tilt_axis: None,
         }
     }
 
@@ -59,6 +63,28 @@ impl View {
                 .collect(),
             free_range_m: self.free_range_m,
             noise: self.noise,
+            tilt_axis: self.tilt_axis.map(|axis| other_from_this.rotation * axis),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::View;
+    use crate::geometry::RollPitchYaw;
+    use nalgebra::{Point3, Vector3};
+
+    #[test]
+    fn the_tilt_axis_turns_with_the_view() {
+        let mut view = View::bare(vec![Point3::new(1.0, 0.0, 0.0)], Point3::origin());
+        view.tilt_axis = Some(Vector3::y_axis());
+        let quarter = RollPitchYaw {
+            roll_rad: 0.0,
+            pitch_rad: 0.0,
+            yaw_rad: std::f64::consts::FRAC_PI_2,
+        }
+        .with_translation([5.0, 0.0, 0.0]);
+        let axis = view.transformed(&quarter).tilt_axis.expect("carried");
+        assert!((axis.into_inner() + Vector3::x()).norm() < 1e-12);
     }
 }

@@ -39,7 +39,7 @@ impl Reference {
     /// # Errors
     /// A view with too few points or with coordinates that are not finite.
     pub fn prepare(view: &View, settings: &Settings, seed: u64) -> Result<Self, NoveltyError> {
-        let prepared = Prepared::of(&within(view, settings).0, "reference", &settings.evidence)?;
+        let prepared = Prepared::of(view, "reference", &settings.evidence)?;
         let mixture = model(&prepared, settings, seed)?;
         Ok(Self { prepared, mixture })
     }
@@ -66,6 +66,8 @@ pub struct Detection {
     pub labels: Vec<bool>,
     /// How the views were brought together.
     pub registration: Registration,
+    /// How many times further apart than their noise explains the surfaces lie that both views saw.
+    pub disagreement: f64,
     /// Components with mass: reference, current.
     pub components: [usize; 2],
     /// Noise used: reference, current.
@@ -87,8 +89,7 @@ pub fn detect(
     observer: &mut dyn FnMut(Stage),
 ) -> Result<Detection, NoveltyError> {
     observer(Stage::Fit);
-    let (near, original) = within(current, settings);
-    let now = Prepared::of(&near, "current", &settings.evidence)?;
+    let now = Prepared::of(current, "current", &settings.evidence)?;
     let then = &reference.prepared;
 
     observer(Stage::Register);
@@ -130,12 +131,13 @@ pub fn detect(
 
     let mut labels = vec![false; current.points.len()];
     for i in points[1].iter().flatten() {
-        labels[original[*i]] = true;
+        labels[*i] = true;
     }
+    let disagreement = pair.disagreement();
     let (verdict, reason) = verdict(
         &Findings {
             registration: &pair.registration,
-            disagreement: pair.disagreement(),
+            disagreement,
             balance: &balance,
             u_th: settings.u_th(),
             listed: novelties.len(),
@@ -151,6 +153,7 @@ pub fn detect(
         u_th: settings.u_th(),
         novelties,
         labels,
+        disagreement,
         components: balance.components,
         noise: [then.noise, now.noise],
         overlap: balance.overlap,
@@ -205,20 +208,36 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Judges each view's points by the other's rays.
+    /// Judges each view's points by the other's rays. Far points stay as what rays end at: only that they are judged
+    /// themselves ends with the range limit.
     fn judge(&self, settings: &Settings) -> [Vec<Evidence>; 2] {
         [0, 1].map(|side| {
             let (own, other) = (self.views[side], self.views[1 - side]);
-            Judge {
+            let other_from_own =
+                self.reference_from(1 - side).inverse() * self.reference_from(side);
+            let mut evidence = Judge {
                 other,
-                other_from_own: self.reference_from(1 - side).inverse() * self.reference_from(side),
+                other_from_own,
                 own_noise: own.noise,
                 between: self.between,
                 registration: &self.registration,
                 reference_from_own: self.reference_from(side),
                 settings: &settings.evidence,
             }
-            .judge(&own.view.points, &own.view.origin)
+            .judge(&own.view.points, &own.view.origin);
+            if let Some(most_m) = settings.max_range_m {
+                // Near to both sensors, or a surface at the limit would weigh on one side only.
+                let other_origin = other_from_own.inverse() * other.view.origin;
+                let beyond = |p: &Point3<f64>| {
+                    (p - own.view.origin).norm() > most_m || (p - other_origin).norm() > most_m
+                };
+                for (e, p) in evidence.iter_mut().zip(&own.view.points) {
+                    if beyond(p) {
+                        *e = Evidence::none(Sight::Beyond);
+                    }
+                }
+            }
+            evidence
         })
     }
 
@@ -242,7 +261,14 @@ impl<'a> Pair<'a> {
 
 /// The mixture of a view by itself, from its thinned surface.
 fn model(own: &Prepared, settings: &Settings, seed: u64) -> Result<Mixture, NoveltyError> {
-    let places: Vec<Point3<f64>> = own.surfaces.patches.iter().map(|p| p.mean).collect();
+    let most_m = settings.max_range_m.unwrap_or(f64::INFINITY);
+    let places: Vec<Point3<f64>> = own
+        .surfaces
+        .patches
+        .iter()
+        .map(|p| p.mean)
+        .filter(|p| (p - own.view.origin).norm() <= most_m)
+        .collect();
     Ok(match settings.model {
         Model::Refit => split_until_flat(&places, None, &split_settings(own))?,
         Model::Independent { most } => {
@@ -254,21 +280,6 @@ fn model(own: &Prepared, settings: &Settings, seed: u64) -> Result<Mixture, Nove
             fit(&places, None, &bic)?.mixture
         }
     })
-}
-
-/// The part of `view` within the range limit, and where each kept point stood.
-fn within(view: &View, settings: &Settings) -> (View, Vec<usize>) {
-    let Some(most_m) = settings.max_range_m else {
-        return (view.clone(), (0..view.points.len()).collect());
-    };
-    let kept: Vec<usize> = (0..view.points.len())
-        .filter(|i| (view.points[*i] - view.origin).norm() <= most_m)
-        .collect();
-    let near = View {
-        points: kept.iter().map(|i| view.points[*i]).collect(),
-        ..view.clone()
-    };
-    (near, kept)
 }
 
 fn points_of(things: &[Thing]) -> Vec<Vec<usize>> {

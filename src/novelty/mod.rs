@@ -20,7 +20,7 @@ pub use model::{Kind, Novelty, Verdict};
 pub use noise::Between;
 pub use prepared::Prepared;
 pub use quantify::Balance;
-pub use segment::{Thing, segment};
+pub use segment::{Thing, measure, segment};
 pub use settings::{
     EvidenceSettings, Model, QuantifySettings, SegmentSettings, Segmentation, Settings,
     VerdictSettings,

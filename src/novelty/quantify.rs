@@ -168,10 +168,15 @@ impl Share {
     fn of(side: &Side<'_>) -> Self {
         let surfaces = &side.own.surfaces;
         let mut seen = vec![0.0; surfaces.patches.len()];
+        // Points of each cell within the range that is looked at.
+        let mut asked = vec![0.0; surfaces.patches.len()];
         for (cell, sight) in surfaces.patch_of_point.iter().zip(side.sights) {
             // Deviating points that are no novelty are noise: they weigh on neither side.
             if *sight == Sight::Same {
                 seen[*cell as usize] += 1.0;
+            }
+            if *sight != Sight::Beyond {
+                asked[*cell as usize] += 1.0;
             }
         }
         // Surface that one point of a cell stands for.
@@ -201,17 +206,21 @@ impl Share {
                 places.push(place);
                 weights.push(n * share(cell as u32));
             }
-            if *n < patch.count as f64 {
+            if *n < asked[cell] {
                 unsure.0.push(place);
                 unsure
                     .1
-                    .push(patch.area_m2 - n.max(0.0) * share(cell as u32));
+                    .push((asked[cell] - n.max(0.0)) * share(cell as u32));
             }
         }
         let background: f64 = weights.iter().sum();
         let squares: f64 = weights.iter().map(|w| w * w).sum();
         let known = background + novelties.iter().sum::<f64>();
-        let all: f64 = surfaces.patches.iter().map(|p| p.area_m2).sum();
+        let all: f64 = asked
+            .iter()
+            .enumerate()
+            .map(|(cell, n)| n * share(cell as u32))
+            .sum();
         Self {
             samples: background * background / squares.max(f64::MIN_POSITIVE),
             places,

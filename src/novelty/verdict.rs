@@ -52,6 +52,20 @@ pub fn verdict(findings: &Findings<'_>, settings: &VerdictSettings) -> (Verdict,
 fn blind(findings: &Findings<'_>, settings: &VerdictSettings) -> Option<String> {
     let registration = findings.registration;
     let pose = &registration.current_from_reference;
+    // No comparison with a figure that is no number holds: it would pass every gate below.
+    let figures = [
+        ("the distance", findings.balance.d),
+        ("the threshold", findings.u_th),
+        ("the agreement of the surfaces", findings.disagreement),
+        ("the reference's overlap", findings.balance.overlap[0]),
+        ("the revisit's overlap", findings.balance.overlap[1]),
+        ("the registration's share", registration.share),
+        ("the shift", pose.translation.vector.norm()),
+        ("the turn", pose.rotation.angle()),
+    ];
+    if let Some((which, value)) = figures.into_iter().find(|(_, value)| !value.is_finite()) {
+        return Some(format!("{which} came out as {value}"));
+    }
     if !registration.converged {
         return Some(format!(
             "the views do not match: {:.0} % of the flat surfaces agree",
@@ -80,4 +94,68 @@ fn blind(findings: &Findings<'_>, settings: &VerdictSettings) -> Option<String> 
         ));
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Findings, verdict};
+    use crate::geometry::Registration;
+    use crate::novelty::{Balance, Verdict, VerdictSettings};
+
+    fn balance() -> Balance {
+        Balance {
+            d: 1e-5,
+            work_m3: 1e-5,
+            surface_m2: 1.0,
+            appeared: Vec::new(),
+            disappeared: Vec::new(),
+            rest: 1e-5,
+            components: [1; 2],
+            overlap: [0.9; 2],
+        }
+    }
+
+    fn judged(
+        registration: &Registration,
+        balance: &Balance,
+        disagreement: f64,
+    ) -> (Verdict, String) {
+        let findings = Findings {
+            registration,
+            disagreement,
+            balance,
+            u_th: 5e-4,
+            listed: 0,
+        };
+        verdict(&findings, &VerdictSettings::default())
+    }
+
+    #[test]
+    fn a_figure_that_is_no_number_is_never_quiet() {
+        let same = Registration::identity();
+        assert_eq!(judged(&same, &balance(), 1.0).0, Verdict::Quiet);
+        let mut cases = Vec::new();
+        for bad in [f64::NAN, f64::INFINITY] {
+            cases.push(judged(&same, &balance(), bad));
+            let d = Balance {
+                d: bad,
+                ..balance()
+            };
+            cases.push(judged(&same, &d, 1.0));
+            for overlap in [[bad, 0.9], [0.9, bad]] {
+                let partly = Balance {
+                    overlap,
+                    ..balance()
+                };
+                cases.push(judged(&same, &partly, 1.0));
+            }
+        }
+        let mut lost = Registration::identity();
+        lost.current_from_reference.translation.vector.x = f64::NAN;
+        cases.push(judged(&lost, &balance(), 1.0));
+        for (word, reason) in cases {
+            assert_eq!(word, Verdict::NotObserved, "{reason}");
+            assert!(reason.contains("came out as"), "{reason}");
+        }
+    }
 }

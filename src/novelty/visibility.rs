@@ -23,6 +23,8 @@ pub enum Sight {
     Same,
     /// Its rays passed through the place.
     Through,
+    /// Further off than is to be looked at; it says nothing and weighs nothing.
+    Beyond,
 }
 
 /// A point's deviation from the other view.
@@ -39,7 +41,8 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    fn none(sight: Sight) -> Self {
+    /// No deviation.
+    pub(super) fn none(sight: Sight) -> Self {
         Self {
             sight,
             z: 0.0,

@@ -3,8 +3,8 @@
 use super::settings::EngineSettings;
 use crate::geometry::View;
 use crate::novelty::{self, Detection, Kind, Novelty, NoveltyError, Reference, detect};
-use crate::shape::{Retrieval, ShapeSettings, retrieve};
-use nalgebra::Point3;
+use crate::shape::{BeamDensity, Retrieval, ShapeSettings, retrieve};
+use nalgebra::{Unit, Vector3};
 
 /// The step that begins; lets the caller time them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -78,12 +78,16 @@ fn shape_of(
     seed: u64,
 ) -> Option<Retrieval> {
     let [reference_noise, current_noise] = detection.noise;
-    let (origin, noise, seen_by) = match novelty.kind {
-        Kind::Appeared => (current.origin, current_noise, current),
+    let then = &reference.prepared.view;
+    let current_from_reference = &detection.registration.current_from_reference;
+    let (origin, noise, seen_by, tilt_axis) = match novelty.kind {
+        Kind::Appeared => (current.origin, current_noise, current, current.tilt_axis),
         Kind::Disappeared => (
-            reference_origin(detection, reference),
+            current_from_reference * then.origin,
             reference_noise,
-            &reference.prepared.view,
+            then,
+            then.tilt_axis
+                .map(|axis| current_from_reference.rotation * axis),
         ),
     };
     let independent_share = match seen_by.noise {
@@ -93,6 +97,7 @@ fn shape_of(
     let shape_settings = ShapeSettings {
         noise,
         independent_share,
+        density: density(settings.shape.density, tilt_axis),
         ..settings.shape.clone()
     };
     // Too few points for a surface is an answer, not a failure: the novelty stands without a shape.
@@ -106,6 +111,10 @@ fn shape_of(
     .ok()
 }
 
-fn reference_origin(detection: &Detection, reference: &Reference) -> Point3<f64> {
-    detection.registration.current_from_reference * reference.prepared.view.origin
+/// Where the sensor was tilted about an axis its lines crowd towards it; otherwise as configured.
+fn density(configured: BeamDensity, tilt_axis: Option<Unit<Vector3<f64>>>) -> BeamDensity {
+    match (configured, tilt_axis) {
+        (BeamDensity::SolidAngle, Some(axis)) => BeamDensity::TiltSweep { axis },
+        _ => configured,
+    }
 }

@@ -1,4 +1,4 @@
-//! A view as bytes: version, origin, noise law, points, empty directions; little-endian f64, so that what is
+//! A view as bytes: version, origin, noise law, tilt axis, points, empty directions; little-endian f64, so that what is
 //! judged again is what was judged.
 
 use super::error::StoreError;
@@ -7,9 +7,12 @@ use nalgebra::{Point3, Unit, Vector3};
 
 const VERSION: u8 = 1;
 
+/// Numbers before the points: origin, free range, noise law, tilt axis, the two counts.
+const HEADER: usize = 11;
+
 /// Bytes of a view.
 pub(super) fn encode(view: &View) -> Vec<u8> {
-    let numbers = 8 + 3 * (view.points.len() + view.no_return.len());
+    let numbers = HEADER + 3 * (view.points.len() + view.no_return.len());
     let mut bytes = Vec::with_capacity(1 + 8 * numbers);
     bytes.push(VERSION);
     let mut put = |x: f64| bytes.extend_from_slice(&x.to_le_bytes());
@@ -17,6 +20,10 @@ pub(super) fn encode(view: &View) -> Vec<u8> {
         at_zero_m: f64::NAN,
         per_m: f64::NAN,
     });
+    // What is not known stands as no number.
+    let axis = view
+        .tilt_axis
+        .map_or([f64::NAN; 3], |axis| axis.into_inner().into());
     for x in view.origin.iter() {
         put(*x);
     }
@@ -24,6 +31,9 @@ pub(super) fn encode(view: &View) -> Vec<u8> {
         view.free_range_m,
         noise.at_zero_m,
         noise.per_m,
+        axis[0],
+        axis[1],
+        axis[2],
         view.points.len() as f64,
         view.no_return.len() as f64,
     ] {
@@ -51,18 +61,35 @@ pub(super) fn decode(name: &str, bytes: &[u8]) -> Result<View, StoreError> {
     }
     let (words, rest) = bytes[1..].as_chunks::<8>();
     let numbers: Vec<f64> = words.iter().map(|w| f64::from_le_bytes(*w)).collect();
-    let [x, y, z, free_range_m, at_zero_m, per_m, points, empty, ..] = numbers[..] else {
-        return Err(error("a header of 8 numbers", format!("{}", numbers.len())));
+    let [
+        x,
+        y,
+        z,
+        free_range_m,
+        at_zero_m,
+        per_m,
+        axis_x,
+        axis_y,
+        axis_z,
+        points,
+        empty,
+        ..,
+    ] = numbers[..]
+    else {
+        return Err(error(
+            &format!("a header of {HEADER} numbers"),
+            format!("{}", numbers.len()),
+        ));
     };
-    let expected = 8.0 + 3.0 * (points + empty);
+    let expected = HEADER as f64 + 3.0 * (points + empty);
     if expected != numbers.len() as f64 || !rest.is_empty() {
         return Err(error(
             &format!("{expected} numbers"),
             format!("{} bytes", bytes.len()),
         ));
     }
-    let split = 8 + 3 * points as usize;
-    let (places, _) = numbers[8..split].as_chunks::<3>();
+    let split = HEADER + 3 * points as usize;
+    let (places, _) = numbers[HEADER..split].as_chunks::<3>();
     let (directions, _) = numbers[split..].as_chunks::<3>();
     Ok(View {
         origin: Point3::new(x, y, z),
@@ -75,6 +102,9 @@ pub(super) fn decode(name: &str, bytes: &[u8]) -> Result<View, StoreError> {
         noise: at_zero_m
             .is_finite()
             .then_some(NoiseLaw { at_zero_m, per_m }),
+        tilt_axis: axis_x
+            .is_finite()
+            .then(|| Unit::new_unchecked(Vector3::new(axis_x, axis_y, axis_z))),
     })
 }
 
@@ -97,6 +127,7 @@ mod tests {
                 at_zero_m: 0.002,
                 per_m: 0.001,
             }),
+            tilt_axis: Some(Vector3::y_axis()),
         }
     }
 

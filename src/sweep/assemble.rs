@@ -1,8 +1,16 @@
 //! From raw data to one view: every beam projected with its own instant (sweep-geometry sections 1-3).
+//!
+//! A view has one origin, though the laser moves: all rays are taken to start at the mean of its places. Points are
+//! exact all the same; what lies before them is known to within the distance of the laser from that mean, which is
+//! bounded. A laser mounted far ahead of the pan axis must do with fewer pans.
 
-use super::attitude::{Attitude, AttitudeError};
+use super::attitude::{Attitude, AttitudeError, Wanted};
 use super::clock::{ClockError, SensorClock};
-use super::constants::{FREE_RANGE_M, FROZEN_SCANS, GAP_PERIODS, URG_NOISE};
+use super::constants::{
+    FREE_RANGE_M, FROZEN_SCANS, GAP_PERIODS, MOST_LINES, MOST_OFF_ORIGIN_M, URG_NOISE,
+};
+use super::lines::{self, Gap, LegLines};
+use super::origin;
 use super::quality::Quality;
 use super::raw::{Leg, Motion, RawScan, RawSweep};
 use crate::geometry::{Mount, View};
@@ -24,6 +32,24 @@ pub enum SweepError {
     /// There is nothing in it.
     #[error("sweep has no scans")]
     Empty,
+    /// A figure that no sweep can have.
+    #[error("sweep has {what} {got}, expected {expected}")]
+    Figure {
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        got: f64,
+        /// What it should be.
+        expected: &'static str,
+    },
+    /// The laser was in places too far apart for one view.
+    #[error(
+        "laser stood up to {by_m:.2} m from the middle of its places, expected at most {MOST_OFF_ORIGIN_M} m: use fewer pans, or mount the laser over the pan axis"
+    )]
+    Apart {
+        /// How far.
+        by_m: f64,
+    },
     /// The clocks do not fit.
     #[error("sweep at pan {pan_deg:.1} deg: {source}")]
     Clock {
@@ -42,19 +68,84 @@ pub enum SweepError {
     },
 }
 
-/// Projects every beam of every leg into the base's frame.
+/// Projects every beam of every leg into the base's frame, with the mount that the sweep was taken with.
 ///
 /// # Errors
-/// No scans, clocks that do not fit, a head that did not follow its command.
-pub fn assemble(raw: &RawSweep, mount: &Mount) -> Result<Sweep, SweepError> {
+/// No scans, figures that no sweep has, clocks that do not fit, a head that did not follow its command to both ends, a
+/// laser whose places lie too far apart.
+pub fn assemble(raw: &RawSweep) -> Result<Sweep, SweepError> {
+    assemble_with(raw, &raw.mount)
+}
+
+/// The same with another mount than the sweep was taken with, after a new calibration.
+///
+/// # Errors
+/// As [`assemble`].
+pub fn assemble_with(raw: &RawSweep, mount: &Mount) -> Result<Sweep, SweepError> {
+    check(raw, mount)?;
+    let (origin, by_m) = origin::common(raw, mount);
+    if by_m > MOST_OFF_ORIGIN_M {
+        return Err(SweepError::Apart { by_m });
+    }
     let mut gathered = Gathered::default();
     for leg in &raw.legs {
         gathered.add(raw, leg, mount)?;
     }
-    if gathered.lines == 0 {
+    if gathered.legs.iter().all(|leg| leg.got == 0) {
         return Err(SweepError::Empty);
     }
-    Ok(gathered.finish(raw, mount))
+    Ok(gathered.finish(raw, mount, origin))
+}
+
+/// Refuses figures with which nothing can be computed: records come from outside.
+fn check(raw: &RawSweep, mount: &Mount) -> Result<(), SweepError> {
+    let figure = |what, got, expected| {
+        Err(SweepError::Figure {
+            what,
+            got,
+            expected,
+        })
+    };
+    let positive = |x: f64| x.is_finite() && x > 0.0;
+    if !positive(raw.line_pitch_rad) {
+        return figure("line pitch", raw.line_pitch_rad, "a positive angle");
+    }
+    let span_rad = raw.tilt_high_rad - raw.tilt_low_rad;
+    if !(span_rad.is_finite() && span_rad >= 0.0) {
+        return figure("tilt range", span_rad, "an angle of at least 0");
+    }
+    if span_rad / raw.line_pitch_rad > MOST_LINES {
+        return figure(
+            "line pitch",
+            raw.line_pitch_rad,
+            "a pitch of fewer than a million lines",
+        );
+    }
+    if !positive(raw.tilt_rad_per_step.abs()) {
+        return figure("tilt per count", raw.tilt_rad_per_step, "an angle, not 0");
+    }
+    if !positive(raw.optics.period_s) {
+        return figure("scan period", raw.optics.period_s, "a positive time");
+    }
+    if raw.optics.steps_per_turn == 0 {
+        return figure("steps per turn", 0.0, "at least 1");
+    }
+    let pans = raw.legs.iter().map(|leg| leg.pan_rad);
+    let mut places = mount
+        .numbers()
+        .into_iter()
+        .chain([raw.tilt_zero_rad])
+        .chain(pans);
+    if let Some(got) = places.find(|x| !x.is_finite()) {
+        return figure("an offset, a turn or a pan", got, "a number");
+    }
+    Ok(())
+}
+
+/// Lines that a leg is to have.
+fn lines_per_leg(raw: &RawSweep) -> usize {
+    let span_rad = raw.tilt_high_rad - raw.tilt_low_rad;
+    (span_rad / raw.line_pitch_rad).floor() as usize + 1
 }
 
 #[derive(Default)]
@@ -62,10 +153,12 @@ struct Gathered {
     points: Vec<Point3<f64>>,
     no_return: Vec<Unit<Vector3<f64>>>,
     beams: usize,
-    lines: usize,
+    legs: Vec<LegLines>,
+    widest: Gap,
     gaps: usize,
     residual_steps: f64,
     clock_uncertainty_s: f64,
+    clock_uncertainty_rad: f64,
     clock_rate: f64,
     frozen: bool,
 }
@@ -75,7 +168,9 @@ impl Gathered {
         let pan_deg = leg.pan_rad.to_degrees();
         let clock = SensorClock::fit(&leg.time_samples, &leg.scans)
             .map_err(|source| SweepError::Clock { pan_deg, source })?;
-        let tilt = LegTilt::fit(leg).map_err(|source| SweepError::Attitude { pan_deg, source })?;
+        let tilt =
+            LegTilt::fit(raw, leg).map_err(|source| SweepError::Attitude { pan_deg, source })?;
+        let mut tilts_rad = Vec::with_capacity(leg.scans.len());
         let period_s = scan_period_s(&leg.scans, raw.optics.period_s) * clock.rate;
         for (index, scan) in leg.scans.iter().enumerate() {
             let start_s = clock.host_s(scan.stamp_ms);
@@ -84,14 +179,36 @@ impl Gathered {
                     + raw.tilt_rad_per_step * tilt.steps(index, start_s + share * period_s)
             };
             let middle_rad = tilt_rad(0.5);
-            if !(raw.tilt_low_rad..=raw.tilt_high_rad).contains(&middle_rad) {
+            let seen_moving = tilt.covers(start_s) && tilt.covers(start_s + period_s);
+            if !(raw.tilt_low_rad..=raw.tilt_high_rad).contains(&middle_rad) || !seen_moving {
                 continue;
             }
-            self.lines += 1;
+            tilts_rad.push(middle_rad);
             self.project(raw, scan, |share| {
                 mount.base_from_laser(leg.pan_rad, tilt_rad(share))
             });
         }
+        let (got, widest) = lines::count(
+            &mut tilts_rad,
+            raw.tilt_low_rad,
+            raw.tilt_high_rad,
+            raw.line_pitch_rad,
+        );
+        let expected = lines_per_leg(raw);
+        self.legs.push(LegLines {
+            pan_rad: leg.pan_rad,
+            expected,
+            got: got.min(expected),
+        });
+        self.widest.lines = self.widest.lines.max(widest.lines);
+        self.widest.angle_rad = self.widest.angle_rad.max(widest.angle_rad);
+        let speed_rad_s = match &leg.motion {
+            Motion::Tilting { speed_steps_s } => (speed_steps_s * raw.tilt_rad_per_step).abs(),
+            Motion::Standing { .. } => 0.0,
+        };
+        self.clock_uncertainty_rad = self
+            .clock_uncertainty_rad
+            .max(clock.uncertainty_s * speed_rad_s);
         self.gaps += gaps(&leg.scans, raw.optics.period_s, &leg.motion);
         self.frozen |= is_frozen(&leg.scans);
         self.residual_steps = self.residual_steps.max(tilt.residual_steps());
@@ -125,48 +242,61 @@ impl Gathered {
         }
     }
 
-    fn finish(self, raw: &RawSweep, mount: &Mount) -> Sweep {
-        let span_rad = raw.tilt_high_rad - raw.tilt_low_rad;
-        let lines_per_leg = (span_rad / raw.line_pitch_rad).floor() as usize + 1;
+    fn finish(self, raw: &RawSweep, mount: &Mount, origin: Point3<f64>) -> Sweep {
         let beams = self.beams.max(1) as f64;
         let quality = Quality {
-            lines_expected: lines_per_leg * raw.legs.len(),
-            lines_got: self.lines,
+            lines_expected: self.legs.iter().map(|leg| leg.expected).sum(),
+            lines_got: self.legs.iter().map(|leg| leg.got).sum(),
             gaps: self.gaps,
+            widest_gap_lines: self.widest.lines,
+            widest_gap_rad: self.widest.angle_rad,
+            line_pitch_rad: raw.line_pitch_rad,
+            legs: self.legs,
             hit_share: self.points.len() as f64 / beams,
             no_return_share: self.no_return.len() as f64 / beams,
             position_residual_steps: self.residual_steps,
+            position_residual_rad: self.residual_steps * raw.tilt_rad_per_step.abs(),
             clock_uncertainty_s: self.clock_uncertainty_s,
+            clock_uncertainty_rad: self.clock_uncertainty_rad,
             clock_rate: self.clock_rate,
             frozen: self.frozen,
         };
-        // One origin for all beams: the laser's place half-way through the tilt of the middle leg.
-        let middle_pan = raw
-            .legs
-            .get(raw.legs.len() / 2)
-            .map_or(0.0, |leg| leg.pan_rad);
-        let middle_tilt = (raw.tilt_low_rad + raw.tilt_high_rad) / 2.0;
+        let tilt_axis = match &raw.legs[..] {
+            [leg] => Some(mount.tilt_axis(leg.pan_rad)),
+            _ => None,
+        };
         let view = View {
-            origin: mount.base_from_laser(middle_pan, middle_tilt) * Point3::origin(),
+            origin,
             points: self.points,
             no_return: self.no_return,
             free_range_m: FREE_RANGE_M,
             noise: Some(URG_NOISE),
+            tilt_axis,
         };
         Sweep { view, quality }
     }
 }
 
 enum LegTilt<'a> {
-    Tilting(Attitude),
+    /// The motion, and the seconds before and after its polls for which it holds.
+    Tilting(Attitude, f64),
     Standing(&'a [i32]),
 }
 
 impl<'a> LegTilt<'a> {
-    fn fit(leg: &'a Leg) -> Result<Self, AttitudeError> {
+    fn fit(raw: &RawSweep, leg: &'a Leg) -> Result<Self, AttitudeError> {
         match &leg.motion {
             Motion::Tilting { speed_steps_s } => {
-                Ok(Self::Tilting(Attitude::fit(&leg.polls, *speed_steps_s)?))
+                let wanted = Wanted {
+                    zero_rad: raw.tilt_zero_rad,
+                    rad_per_step: raw.tilt_rad_per_step,
+                    low_rad: raw.tilt_low_rad,
+                    high_rad: raw.tilt_high_rad,
+                    pitch_rad: raw.line_pitch_rad,
+                };
+                let attitude = Attitude::fit(&leg.polls, *speed_steps_s)?;
+                wanted.check(&leg.polls)?;
+                Ok(Self::Tilting(attitude, wanted.allowed_s(&attitude)))
             }
             Motion::Standing { tilt_steps } => Ok(Self::Standing(tilt_steps)),
         }
@@ -174,14 +304,22 @@ impl<'a> LegTilt<'a> {
 
     fn steps(&self, scan: usize, host_s: f64) -> f64 {
         match self {
-            Self::Tilting(attitude) => attitude.tilt_steps(host_s),
+            Self::Tilting(attitude, _) => attitude.tilt_steps(host_s),
             Self::Standing(steps) => steps.get(scan).map_or(f64::NAN, |s| f64::from(*s)),
+        }
+    }
+
+    /// Whether the head was seen moving, or standing, at a host time.
+    fn covers(&self, host_s: f64) -> bool {
+        match self {
+            Self::Tilting(attitude, margin_s) => attitude.covers(host_s, *margin_s),
+            Self::Standing(_) => true,
         }
     }
 
     fn residual_steps(&self) -> f64 {
         match self {
-            Self::Tilting(attitude) => attitude.residual_steps,
+            Self::Tilting(attitude, _) => attitude.residual_steps,
             Self::Standing(_) => 0.0,
         }
     }

@@ -40,3 +40,26 @@ pub const URG_NOISE: NoiseLaw = NoiseLaw {
     at_zero_m: 0.002,
     per_m: 0.0015,
 };
+
+/// Widest angle between two neighbouring lines of a leg, radians: the side of the smallest thing that passes the gates
+/// of a novelty, some 1e-3 sr (novelty settings, `u_th_m`). At 0.5 deg two lines in a row may be missing. Sweeps with
+/// lines further apart than that promise less: see [`MOST_GAP_PITCHES`].
+pub const MOST_GAP_RAD: f64 = 0.0316;
+
+/// Widest gap of a sweep whose own pitch exceeds [`MOST_GAP_RAD`], in pitches: half a pitch more than one.
+pub const MOST_GAP_PITCHES: f64 = 1.5;
+
+/// Most that the clock's or the head's uncertainty may displace a beam, in line pitches: beyond one the lines could
+/// stand in another order.
+pub const MOST_DISPLACEMENT_PITCHES: f64 = 1.0;
+
+/// Lines of a leg nearer together than this, in pitches, count once: a repeated line makes up for no missing one.
+pub const SAME_LINE_PITCHES: f64 = 0.5;
+
+/// Most lines that a leg may ask for: at 0.001 deg a whole turn has 360 000. More is no plan but a damaged record.
+pub const MOST_LINES: f64 = 1e6;
+
+/// Furthest that the laser may be from the one origin of a sweep, metres. A ray is taken to start at the origin, so a
+/// shadow's edge is misplaced by up to that much, and points within 0.15 m of a thing belong to it (novelty settings,
+/// `grow_within_m`): further off, edges would be things of their own.
+pub const MOST_OFF_ORIGIN_M: f64 = 0.15;

@@ -4,13 +4,16 @@ mod assemble;
 mod attitude;
 mod clock;
 mod constants;
+mod lines;
+mod origin;
 mod quality;
 mod raw;
 mod record;
 
-pub use assemble::{Sweep, assemble};
+pub use assemble::{Sweep, SweepError, assemble, assemble_with};
 pub use attitude::{Attitude, AttitudeError};
 pub use clock::{ClockError, SensorClock};
+pub use lines::LegLines;
 pub use quality::Quality;
 pub use raw::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
 pub use record::{RecordError, decode, encode};

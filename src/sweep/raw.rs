@@ -1,5 +1,6 @@
 //! The raw data of a sweep, as the devices gave it: kept beside the points, enough to assemble them again.
 
+use crate::geometry::Mount;
 use crate::scan::Optics;
 
 /// One exchange of time with the sensor: its clock read `stamp_ms` some time between the two instants.
@@ -70,6 +71,8 @@ pub struct Leg {
 pub struct RawSweep {
     /// The laser's beams.
     pub optics: Optics,
+    /// Where the laser sat when the sweep was taken.
+    pub mount: Mount,
     /// Radians of tilt per count, signed, and radians at count 0.
     pub tilt_rad_per_step: f64,
     /// Tilt at count 0, radians.

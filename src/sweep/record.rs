@@ -1,6 +1,7 @@
 //! Raw sweeps as bytes, so that a later calibration or engine can assemble them anew.
 
 use super::raw::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
+use crate::geometry::Mount;
 use crate::scan::Optics;
 
 const VERSION: u8 = 1;
@@ -15,7 +16,7 @@ pub struct RecordError {
     pub at: usize,
 }
 
-/// Bytes of a raw sweep: a version byte, then every field in the order of its struct, little-endian.
+/// Bytes of a raw sweep: a version byte, optics, tilts, mount and legs, little-endian.
 pub fn encode(raw: &RawSweep) -> Vec<u8> {
     let mut out = Writer(vec![VERSION]);
     let o = &raw.optics;
@@ -37,6 +38,9 @@ pub fn encode(raw: &RawSweep) -> Vec<u8> {
         raw.tilt_high_rad,
         raw.line_pitch_rad,
     ] {
+        out.number(number);
+    }
+    for number in raw.mount.numbers() {
         out.number(number);
     }
     out.count(raw.legs.len());
@@ -77,6 +81,7 @@ pub fn decode(bytes: &[u8]) -> Result<RawSweep, RecordError> {
         tilt_low_rad: input.number("lowest tilt")?,
         tilt_high_rad: input.number("highest tilt")?,
         line_pitch_rad: input.number("line pitch")?,
+        mount: input.mount()?,
         legs: input.list("legs", Reader::leg)?,
     };
     if input.at == bytes.len() {
@@ -189,15 +194,30 @@ impl Reader<'_> {
         Ok(items)
     }
 
+    fn mount(&mut self) -> Result<Mount, RecordError> {
+        let mut numbers = [0.0; 15];
+        for number in &mut numbers {
+            *number = self.number("mount")?;
+        }
+        Ok(Mount::of_numbers(numbers))
+    }
+
     fn leg(&mut self) -> Result<Leg, RecordError> {
         let pan_rad = self.number("pan")?;
+        let at = self.at;
         let motion = match self.word("motion")? {
             0 => Motion::Tilting {
                 speed_steps_s: self.number("speed")?,
             },
-            _ => Motion::Standing {
+            1 => Motion::Standing {
                 tilt_steps: self.list("tilts", |r| Ok(r.word("tilt")?.cast_signed()))?,
             },
+            _ => {
+                return Err(RecordError {
+                    expected: "motion 0 or 1",
+                    at,
+                });
+            }
         };
         Ok(Leg {
             pan_rad,
@@ -230,8 +250,11 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use super::{decode, encode};
+    use crate::geometry::{Mount, RollPitchYaw};
     use crate::scan::Optics;
     use crate::sweep::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
+
+    const LEGS_AT: usize = 1 + 6 * 4 + 6 * 8 + 15 * 8;
 
     fn raw() -> RawSweep {
         let leg = |motion| Leg {
@@ -263,6 +286,17 @@ mod tests {
                 dmax_mm: 5600,
                 period_s: 0.1,
             },
+            mount: Mount::new(
+                [0.1, 0.2, 0.3],
+                [0.4, 0.5, 0.6],
+                [0.7, 0.8, 0.9],
+                [1.0, 1.1, 1.2],
+                RollPitchYaw {
+                    roll_rad: 1.3,
+                    pitch_rad: 1.4,
+                    yaw_rad: 1.5,
+                },
+            ),
             tilt_rad_per_step: 0.0009,
             tilt_zero_rad: 0.01,
             tilt_low_rad: -0.6,
@@ -291,8 +325,18 @@ mod tests {
     #[test]
     fn a_huge_count_is_an_error_and_not_an_allocation() {
         let mut bytes = encode(&raw());
-        let legs_at = 1 + 6 * 4 + 6 * 8;
-        bytes[legs_at..legs_at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
+        bytes[LEGS_AT..LEGS_AT + 4].copy_from_slice(&u32::MAX.to_le_bytes());
         assert!(decode(&bytes).is_err());
+    }
+
+    #[test]
+    fn a_motion_that_does_not_exist_is_an_error() {
+        let mut bytes = encode(&raw());
+        // After the number of legs and the pan.
+        let motion_at = LEGS_AT + 4 + 8;
+        assert_eq!(bytes[motion_at..motion_at + 4], 0_u32.to_le_bytes());
+        bytes[motion_at] = 2;
+        let error = decode(&bytes).expect_err("no such motion");
+        assert_eq!((error.expected, error.at), ("motion 0 or 1", motion_at));
     }
 }

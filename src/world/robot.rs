@@ -41,6 +41,11 @@ impl Default for MountGeometry {
 }
 
 impl MountGeometry {
+    /// The axis of the tilt in the base frame, pan left positive, radians.
+    pub fn tilt_axis(&self, pan_rad: f64) -> Unit<Vector3<f64>> {
+        Unit::new_unchecked(Vector3::new(-pan_rad.sin(), pan_rad.cos(), 0.0))
+    }
+
     /// Pose of the laser in the base frame. Pan left positive, tilt up positive, radians.
     pub fn base_from_laser(&self, pan_rad: f64, tilt_rad: f64) -> Pose {
         let pan = Rotation3::from_axis_angle(&Vector3::z_axis(), pan_rad);

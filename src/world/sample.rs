@@ -94,6 +94,7 @@ pub fn sample_view(
     );
     view.free_range_m = FREE_RANGE_M;
     view.noise = Some(noise.law());
+    view.tilt_axis = Some(robot.mount.tilt_axis(rows.pan_rad));
     let mut objects = Vec::new();
     for row in sampled {
         view.points.extend(row.points);

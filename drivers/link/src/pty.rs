@@ -35,8 +35,8 @@ struct Ends {
 }
 
 impl PseudoTerminal {
-    /// Opens a raw pseudo-terminal (no echo, no mapping of CR or LF) and, if wanted, a symbolic link to it at `link_path`. An old
-    /// symbolic link there is replaced; anything else is left alone and refused.
+    /// Opens a raw pseudo-terminal (no echo, no mapping of CR or LF) and, if wanted, a symbolic link to it at `link_path`. A
+    /// symbolic link that leads nowhere is replaced; anything else is left alone and refused.
     ///
     /// # Errors
     /// [`LinkError::Io`] if the system gives no terminal, or if something else stands at `link_path`;
@@ -227,10 +227,18 @@ fn open_pair() -> Result<(PathBuf, Ends), LinkError> {
     ))
 }
 
-/// Puts a symbolic link to `target` at `path`, replacing only a symbolic link.
+/// Puts a symbolic link to `target` at `path`, replacing only a symbolic link that leads nowhere: one that leads somewhere is the
+/// name of a real device, or of a terminal that is served.
 fn point_link(path: &Path, target: &Path) -> Result<(), LinkError> {
     let name = path.display().to_string();
     match fs::symlink_metadata(path) {
+        Ok(there) if there.file_type().is_symlink() && path.exists() => {
+            let detail = "a symbolic link to a device or terminal that exists stands there; it is left alone";
+            return Err(LinkError::Io {
+                name,
+                source: io::Error::new(io::ErrorKind::AlreadyExists, detail),
+            });
+        }
         Ok(there) if there.file_type().is_symlink() => {
             fs::remove_file(path).map_err(|e| LinkError::on_open(&name, e))?;
         }
@@ -284,15 +292,27 @@ mod tests {
     }
 
     #[test]
-    fn only_a_symbolic_link_is_replaced() {
+    fn only_a_symbolic_link_that_leads_nowhere_is_replaced() {
         let folder = scratch("refuse");
         let path = folder.join("precious");
         fs::write(&path, "data").expect("a file");
         assert!(PseudoTerminal::open(Some(&path)).is_err());
         assert_eq!(fs::read(&path).expect("still there"), b"data");
+        let real = folder.join("real");
+        symlink("/dev/null", &real).expect("the name of a device");
+        assert!(PseudoTerminal::open(Some(&real)).is_err());
+        assert_eq!(
+            fs::read_link(&real).expect("still there"),
+            Path::new("/dev/null")
+        );
         let stale = folder.join("stale");
-        symlink("/dev/null", &stale).expect("an old link");
-        let _terminal = PseudoTerminal::open(Some(&stale)).expect("replaces it");
+        symlink("/dev/pts/no-such", &stale).expect("an old link");
+        let first = PseudoTerminal::open(Some(&stale)).expect("replaces it");
+        assert!(
+            PseudoTerminal::open(Some(&stale)).is_err(),
+            "served by another"
+        );
+        assert_eq!(fs::read_link(&stale).expect("a link"), first.slave_path());
         fs::remove_dir_all(folder).expect("tidied");
     }
 

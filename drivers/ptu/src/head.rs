@@ -7,7 +7,7 @@ use crate::action::{Action, Counters, Event, HeadError, RequestError};
 use crate::command::{Command, Quantity};
 use crate::constants::{BITS_PER_BYTE, CALIBRATION_TIMEOUT, QUEUE_MAX, REPLY_TIMEOUT_MIN};
 use crate::identity::{Draft, HeadIdentity};
-use crate::line::LineBuffer;
+use crate::line::{LineBuffer, Notice};
 use crate::{Axis, Instant};
 
 /// Settings of the driver.
@@ -93,6 +93,8 @@ pub struct Head {
     pub(crate) identity: Option<HeadIdentity>,
     pub(crate) counters: Counters,
     pub(crate) position_trusted: bool,
+    /// The notice that spoilt the calibration under way.
+    pub(crate) homing_spoilt: Option<Notice>,
     pub(crate) connect_tries: u32,
     pub(crate) rescued: bool,
     pub(crate) calibration_seen: bool,
@@ -120,6 +122,7 @@ impl Head {
             identity: None,
             counters: Counters::default(),
             position_trusted: false,
+            homing_spoilt: None,
             connect_tries: 0,
             rescued: false,
             calibration_seen: false,
@@ -324,6 +327,9 @@ impl Head {
             sent_at,
             deadline: sent_at.saturating_add(reply_timeout),
         });
+        if command == Command::Reset {
+            self.homing_spoilt = None;
+        }
         self.actions.push_back(Action::Send(wire));
     }
 

@@ -72,6 +72,12 @@ impl Head {
 
     fn notice(&mut self, notice: Notice) {
         let homing = self.in_flight.is_some_and(|f| f.command == Command::Reset);
+        let ending = matches!(self.script, Some((Script::Limits, _)));
+        if ending || (homing && notice == Notice::Cable) {
+            if notice != Notice::Trigger {
+                self.homing_spoilt.get_or_insert(notice);
+            }
+        }
         match notice {
             // A calibration says so at every stop.
             Notice::Limit(_) if homing => {}
@@ -185,7 +191,6 @@ impl Head {
 
     /// The calibration ended well: what still trickles in is drained, then the limits are read anew.
     fn homed(&mut self, now: Instant) {
-        self.position_trusted = true;
         for axis in Axis::BOTH {
             let draft = self.draft.axis_mut(axis);
             (draft.min_steps, draft.max_steps) = (None, None);
@@ -210,7 +215,19 @@ impl Head {
             identity.axis_mut(Axis::Pan).limits = pan;
             identity.axis_mut(Axis::Tilt).limits = tilt;
         }
-        self.emit(Event::HomeDone { pan, tilt });
+        let spoilt = self.homing_spoilt.take();
+        self.position_trusted = spoilt.is_none();
+        self.emit(match spoilt {
+            None => Event::HomeDone { pan, tilt },
+            Some(notice) => {
+                let text = match notice {
+                    Notice::Cable => "the cable to the head came off meanwhile",
+                    _ => "an axis ran into its limit just after it",
+                };
+                let text = text.to_owned();
+                Event::Fault(HeadError::ResetFailed { text })
+            }
+        });
         self.start_next(now);
     }
 

@@ -253,6 +253,38 @@ fn a_reset_takes_any_order_of_stops_and_reads_the_limits_anew() {
 }
 
 #[test]
+fn a_reset_with_a_notice_that_is_none_of_its_stops_has_failed() {
+    // The cable at any time; a limit only after the end.
+    for (during, after) in [
+        ("!T!D!T!P!P*\r\n", ""),
+        ("!T!T!P!P*\r\n", "!P"),
+        ("*\r\n", "!T0!D"),
+    ] {
+        let (mut bench, mut replies) = Bench::connected();
+        bench.head.reset(bench.now).expect("connected");
+        bench.sends();
+        bench.feed(during.as_bytes());
+        bench.feed(after.as_bytes());
+        bench.go_on(&mut replies);
+        assert!(
+            matches!(
+                bench.events.last(),
+                Some(Event::Fault(HeadError::ResetFailed { .. }))
+            ),
+            "{during:?} {after:?}: {:?}",
+            bench.events
+        );
+        assert!(bench.head.is_connected() && !bench.head.position_trusted());
+        bench.events.clear();
+        bench.head.reset(bench.now).expect("connected");
+        bench.feed(b"!T!T!P!P*\r\n");
+        bench.go_on(&mut replies);
+        assert!(matches!(bench.event(), Event::HomeDone { .. }));
+        assert!(bench.head.position_trusted());
+    }
+}
+
+#[test]
 fn a_reset_that_fails_or_never_ends() {
     let (mut bench, _) = Bench::connected();
     bench.head.reset(bench.now).expect("connected");

@@ -166,8 +166,10 @@ impl Bench {
     }
 
     pub fn request(mode: SweepMode) -> SweepRequest {
-        let mut request = SweepRequest::new(&Settings::defaults().sweep, &[0.0]);
+        let settings = Settings::defaults();
+        let mut request = SweepRequest::new(&settings.sweep, &settings.mount, &[0.0]);
         request.mode = mode;
+        request.mount = true_mount();
         request
     }
 

@@ -187,7 +187,7 @@ fn faster_than_the_base_speed_the_ramps_lie_outside() {
     let mut bench = Bench::ready(options);
     let request = Bench::request(SweepMode::Continuous);
     let raw = bench.sweep(&request, |_, _, _| {}).expect("a sweep");
-    let sweep = crate::sweep::assemble(&raw, &super::bench::true_mount()).expect("no stall");
+    let sweep = crate::sweep::assemble(&raw).expect("no stall");
     assert!(
         sweep.quality.position_residual_steps < 2.0,
         "{:?}",

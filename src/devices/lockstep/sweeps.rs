@@ -1,6 +1,6 @@
 //! Whole sweeps of a room whose walls are known.
 
-use super::bench::{Bench, true_mount};
+use super::bench::Bench;
 use crate::config::SweepMode;
 use crate::devices::emulation::EmulationOptions;
 use crate::sweep::{Sweep, assemble};
@@ -42,7 +42,7 @@ fn take(options: EmulationOptions, mode: SweepMode, pans: &[f64], reverse: bool)
     let raw = bench.sweep(&request, |_, _, _| {}).expect("a sweep");
     let seconds = (bench.now - started).as_secs_f64();
     assert!(!bench.emulation.laser_on() && !bench.emulation.head_moving());
-    let sweep = assemble(&raw, &true_mount()).expect("assembles");
+    let sweep = assemble(&raw).expect("assembles");
     assert_eq!(sweep.quality.fault(0.05), None, "{:?}", sweep.quality);
     let distances = wall_distances(&sweep);
     let at = |share: f64| 1e3 * distances[(share * (distances.len() - 1) as f64) as usize];
@@ -124,7 +124,7 @@ fn a_timer_about_to_wrap_and_a_scip_2_sensor_change_nothing() {
     let raw = bench
         .sweep(&Bench::request(SweepMode::Continuous), |_, _, _| {})
         .expect("a sweep");
-    let sweep = assemble(&raw, &true_mount()).expect("assembles");
+    let sweep = assemble(&raw).expect("assembles");
     let stamps: Vec<u64> = raw.legs[0].scans.iter().map(|s| s.stamp_ms).collect();
     assert!(stamps.windows(2).all(|w| w[1] > w[0]));
     assert_eq!(sweep.quality.fault(0.05), None, "{:?}", sweep.quality);

@@ -128,6 +128,7 @@ impl SweepRun {
         let plan = &self.plan;
         self.outcome = Some(Ok(RawSweep {
             optics: plan.optics.clone(),
+            mount: plan.mount.clone(),
             tilt_rad_per_step: plan.tilt_rad_per_step,
             tilt_zero_rad: plan.tilt_zero_rad,
             tilt_low_rad: plan.tilt_range_rad.0,

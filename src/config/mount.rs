@@ -1,0 +1,22 @@
+//! From the configured offsets to the kinematic chain.
+
+use super::settings::MountSettings;
+use crate::geometry::{Mount, RollPitchYaw};
+
+impl MountSettings {
+    /// The configured chain from base to laser.
+    pub fn chain(&self) -> Mount {
+        let [roll_rad, pitch_rad, yaw_rad] = self.laser_rpy_rad;
+        Mount::new(
+            self.pan_axis_m,
+            self.tilt_axis_m,
+            self.plate_m,
+            self.laser_m,
+            RollPitchYaw {
+                roll_rad,
+                pitch_rad,
+                yaw_rad,
+            },
+        )
+    }
+}

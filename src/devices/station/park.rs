@@ -1,0 +1,70 @@
+//! Laying both devices to rest at the end of the work.
+
+use super::{Station, Told};
+use crate::devices::constants::STEP_LIMIT;
+use crate::devices::error::{Device, DeviceError};
+use crate::devices::head::{HeadCommand, HeadEvent};
+use crate::devices::laser::LaserCommand;
+use crate::devices::port::PortEvent;
+use ptu::Axis;
+
+impl Station {
+    /// Lays everything to rest: laser off, head to 0, 0 if its position is trusted (else halted), hold power low.
+    ///
+    /// # Errors
+    /// The head is not connected, or stalls.
+    pub fn park(&mut self) -> Result<(), DeviceError> {
+        self.catch_up();
+        self.laser.send(LaserCommand::Stop);
+        if !self.known.trusted() {
+            self.head.send(HeadCommand::Halt);
+            self.head.send(HeadCommand::HoldLow);
+            return Ok(());
+        }
+        let (pan, tilt) = {
+            let identity = self.known.head()?;
+            (identity.pan, identity.tilt)
+        };
+        self.head.send(HeadCommand::HoldLow);
+        for (name, axis) in [(Axis::Pan, &pan), (Axis::Tilt, &tilt)] {
+            let speed = axis
+                .base_speed
+                .clamp(axis.speed_min, axis.speed_max.max(axis.speed_min));
+            self.head.send(HeadCommand::SetSpeed(name, speed));
+            self.head.send(HeadCommand::MoveTo(name, 0));
+        }
+        for axis in [Axis::Pan, Axis::Tilt] {
+            self.wait_at_zero(axis)?;
+        }
+        self.head.send(HeadCommand::Watch(None));
+        Ok(())
+    }
+
+    fn wait_at_zero(&mut self, wanted: Axis) -> Result<(), DeviceError> {
+        self.head.send(HeadCommand::Watch(Some(wanted)));
+        let until = self.clock.now() + STEP_LIMIT;
+        while self.clock.now() < until {
+            match self.next(until) {
+                Some(Told::Head(PortEvent::Lost { error, .. })) => return Err(error),
+                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Position {
+                    axis,
+                    steps: 0,
+                    ..
+                }))))
+                    if axis == wanted =>
+                {
+                    return Ok(());
+                }
+                _ => {}
+            }
+        }
+        self.head.send(HeadCommand::Watch(None));
+        self.head.send(HeadCommand::Halt);
+        Err(DeviceError::Overdue {
+            device: Device::Head,
+            port: self.head_port.name.clone(),
+            what: "parking",
+            limit_s: STEP_LIMIT.as_secs(),
+        })
+    }
+}

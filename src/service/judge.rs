@@ -1,0 +1,202 @@
+//! From the raw data of a sweep to a verdict or a reference: what runs on the blocking pool.
+
+use crate::config::Settings;
+use crate::formats::write_ply;
+use crate::geometry::View;
+use crate::mixture::Mixture;
+use crate::novelty::{Reference, Verdict};
+use crate::patrol::event::Task;
+use crate::patrol::{NoveltyRecord, Report, inspect, prepare};
+use crate::store::StoredReference;
+use crate::sweep::{Quality, RawSweep, assemble, encode};
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+use tokio::task::JoinError;
+
+/// References kept ready between visits; each takes some tens of megabytes.
+const KEPT_READY: usize = 8;
+
+/// A sweep worth keeping.
+#[derive(Debug)]
+pub struct Kept {
+    /// What was seen.
+    pub view: View,
+    /// Bytes of the raw data.
+    pub raw: Vec<u8>,
+    /// How good it is.
+    pub quality: Quality,
+}
+
+/// What the sweep was good for.
+#[derive(Debug)]
+pub enum Finding {
+    /// A visit's verdict.
+    Visit(Box<Judgement>),
+    /// A reference's mixture.
+    Reference(Mixture),
+    /// Points, as PLY, and why they would not be judged.
+    Points(Vec<u8>, Option<String>),
+}
+
+/// A verdict and what it rests on.
+#[derive(Debug)]
+pub struct Judgement {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The report; its novelties are in the reference's frame.
+    pub report: Report,
+}
+
+/// All that came of a sweep: what can be kept of it, and what was found or why nothing.
+#[derive(Debug)]
+pub struct Judged {
+    /// The sweep, where the raw data gives one.
+    pub kept: Option<Kept>,
+    /// What was found.
+    pub finding: Result<Finding, String>,
+}
+
+impl Judged {
+    /// What is left of a judgement that ended in a panic: no verdict, and the panic's own words.
+    pub fn broken(error: JoinError) -> Self {
+        let words = match error.try_into_panic() {
+            Ok(panic) => match panic.downcast::<String>() {
+                Ok(text) => *text,
+                Err(panic) => panic
+                    .downcast::<&str>()
+                    .map_or_else(|_| "no words".to_owned(), |text| (*text).to_owned()),
+            },
+            Err(cancelled) => cancelled.to_string(),
+        };
+        Self {
+            kept: None,
+            finding: Err(format!("the engine failed: {}", words.replace('\n', " "))),
+        }
+    }
+}
+
+/// References made ready, newest last; shared by all visits under the same settings.
+#[derive(Debug, Clone, Default)]
+pub struct ReadyReferences(Arc<Mutex<VecDeque<ReadyReference>>>);
+
+/// Sequence number in the store, and the reference.
+type ReadyReference = (i64, Arc<Reference>);
+
+impl ReadyReferences {
+    fn get(&self, stored: &StoredReference, settings: &Settings) -> Result<Arc<Reference>, String> {
+        let found = {
+            let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let known = kept.iter().find(|(id, _)| *id == stored.id);
+            known.map(|(_, reference)| Arc::clone(reference))
+        };
+        if let Some(reference) = found {
+            return Ok(reference);
+        }
+        let made = prepare(&stored.view, &settings.engine(None), settings.mixture.seed)
+            .map_err(|error| format!("reference {}: {error}", stored.version))?;
+        let made = Arc::new(made);
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.push_back((stored.id, Arc::clone(&made)));
+        if kept.len() > KEPT_READY {
+            kept.pop_front();
+        }
+        Ok(made)
+    }
+}
+
+/// Judges a sweep for `task`; a visit needs the waypoint's stored reference.
+pub fn judge(
+    task: Task,
+    waypoint: &str,
+    raw: &RawSweep,
+    stored: Option<&StoredReference>,
+    settings: &Settings,
+    ready: &ReadyReferences,
+) -> Judged {
+    let sweep = match assemble(raw) {
+        Ok(sweep) => sweep,
+        Err(error) => {
+            return Judged {
+                kept: None,
+                finding: Err(error.to_string()),
+            };
+        }
+    };
+    let fault = sweep.quality.fault(settings.sweep.max_missing_lines);
+    let view = &sweep.view;
+    let finding = match (task, fault) {
+        (Task::Sweep, fault) => Ok(Finding::Points(write_ply(&view.points), fault)),
+        (_, Some(fault)) => Err(fault),
+        (Task::Teach, None) => prepare(
+            view,
+            &settings.engine(Some(waypoint)),
+            settings.mixture.seed,
+        )
+        .map(|reference| Finding::Reference(reference.mixture))
+        .map_err(|error| error.to_string()),
+        (Task::Visit, None) => stored
+            .ok_or_else(|| "no reference at hand".to_owned())
+            .and_then(|stored| compare(waypoint, view, stored, settings, ready)),
+    };
+    let kept = Kept {
+        raw: encode(raw),
+        quality: sweep.quality,
+        view: sweep.view,
+    };
+    Judged {
+        kept: Some(kept),
+        finding,
+    }
+}
+
+fn compare(
+    waypoint: &str,
+    view: &View,
+    stored: &StoredReference,
+    settings: &Settings,
+    ready: &ReadyReferences,
+) -> Result<Finding, String> {
+    let reference = ready.get(stored, settings)?;
+    let seed = settings.mixture.seed;
+    let engine = settings.engine(Some(waypoint));
+    let inspection =
+        inspect(&reference, view, &engine, seed, &mut |_| ()).map_err(|error| error.to_string())?;
+    let points = [stored.view.points.len(), view.points.len()];
+    let mut report = Report::new(&inspection, points, settings.novelty.engine.word(), seed);
+    let detection = &inspection.detection;
+    let reference_from_current = detection.registration.current_from_reference.inverse();
+    let novelties: Vec<NoveltyRecord> = report
+        .novelties
+        .iter()
+        .map(|novelty| novelty.in_frame(&reference_from_current))
+        .collect();
+    report.novelties = novelties;
+    let verdict = detection.verdict;
+    Ok(Finding::Visit(Box::new(Judgement { verdict, report })))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Judged;
+
+    #[test]
+    fn an_engine_that_panics_gives_a_reason_instead_of_silence() {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .build()
+            .expect("a runtime");
+        for figure in [None, Some(7)] {
+            let judging = runtime.spawn_blocking(move || -> Judged {
+                match figure {
+                    None => panic!("no figures\nat all"),
+                    Some(figure) => panic!("figure {figure}"),
+                }
+            });
+            let ended = runtime.block_on(judging);
+            let judged = ended.unwrap_or_else(Judged::broken);
+            let told = judged.finding.expect_err("no verdict");
+            let expected = figure.map_or("no figures at all", |_| "figure 7");
+            assert_eq!(told, format!("the engine failed: {expected}"));
+            assert!(judged.kept.is_none());
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! What the service asks of the robot's devices. The devices room is one robot; a test may bring another.
+
+use crate::config::Settings;
+use crate::devices::Cancel;
+use crate::store::Level;
+use crate::sweep::RawSweep;
+use serde_json::Value;
+use std::fmt;
+use std::sync::Arc;
+
+/// Devices that are connected and homed. Dropping it turns the laser off, stops the head and lets the ports go.
+pub trait Robot: Send {
+    /// Who answers: models, serial numbers, firmware, as JSON for the status.
+    fn describe(&mut self) -> Value;
+
+    /// Looks whether the devices are still there, while nothing is asked of them; returns at once.
+    ///
+    /// # Errors
+    /// What went wrong, where they must be opened anew.
+    fn watch(&mut self) -> Result<(), Fault> {
+        Ok(())
+    }
+
+    /// Takes a sweep; blocks until it is done.
+    ///
+    /// # Errors
+    /// What went wrong; the laser is off and the head stands then.
+    fn sweep(
+        &mut self,
+        settings: &Settings,
+        waypoint: Option<&str>,
+        cancel: &Cancel,
+    ) -> Result<RawSweep, Fault>;
+}
+
+/// Why a robot gave no sweep.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fault {
+    /// One line: device, what happened, what to do.
+    pub reason: String,
+    /// Whether the devices must be opened and homed anew before the next sweep.
+    pub lost: bool,
+}
+
+/// Connects robots.
+pub trait Connect: Send {
+    /// Connects and homes the devices; blocks until they are ready. What is worth knowing on the way, and later,
+    /// goes to `notes`.
+    ///
+    /// # Errors
+    /// One line: device, what happened, what to do.
+    fn connect(
+        &mut self,
+        settings: &Settings,
+        notes: &Notes,
+        cancel: &Cancel,
+    ) -> Result<Box<dyn Robot>, String>;
+}
+
+/// Takes what the devices have to say.
+#[derive(Clone)]
+pub struct Notes(Arc<Take>);
+
+type Take = dyn Fn(Level, &str, String) + Send + Sync;
+
+impl Notes {
+    /// Notes that go to `take`: how bad, which device, what.
+    pub fn new(take: impl Fn(Level, &str, String) + Send + Sync + 'static) -> Self {
+        Self(Arc::new(take))
+    }
+
+    /// Says something about a device.
+    pub fn say(&self, level: Level, device: &str, text: String) {
+        (self.0)(level, device, text);
+    }
+}
+
+impl fmt::Debug for Notes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Notes")
+    }
+}

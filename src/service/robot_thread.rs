@@ -1,0 +1,254 @@
+//! The thread that owns the robot: its calls block, so they have a thread of their own, and a bound each.
+
+use super::constants::{LEG_LIMIT, LINE_LIMIT, OPEN_LIMIT, RECOVERY_LIMIT, TILT_SLACK, WATCH_PACE};
+use super::robot::{Connect, Fault, Notes, Robot};
+use crate::config::{Settings, SweepMode};
+use crate::devices::{Cancel, Clock};
+use crate::sweep::RawSweep;
+use serde_json::Value;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// What the thread tells.
+#[derive(Debug)]
+pub enum RobotEvent {
+    /// Connected and homed; who answers.
+    Ready(Value),
+    /// Not connected.
+    Failed(String),
+    /// Gone while nothing was asked of them.
+    Lost(String),
+    /// Let go.
+    Closed,
+    /// A sweep, for the request of that number.
+    Swept(u64, Box<RawSweep>),
+    /// No sweep, for the request of that number.
+    SweepFailed(u64, Fault),
+}
+
+enum Order {
+    Open(Arc<Settings>, Cancel),
+    Sweep(u64, Arc<Settings>, Option<String>, Cancel),
+    Close,
+}
+
+type Bound = Arc<Mutex<Option<Instant>>>;
+
+/// Handle of the thread.
+pub struct RobotThread {
+    orders: Sender<Order>,
+    clock: Clock,
+    cancel: Cancel,
+    bound: Bound,
+}
+
+impl RobotThread {
+    /// Starts the thread; every event goes through `tell`.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn spawn(
+        connect: Box<dyn Connect>,
+        clock: Clock,
+        notes: Notes,
+        tell: impl FnMut(RobotEvent) + Send + 'static,
+    ) -> std::io::Result<Self> {
+        let (orders, inbox) = mpsc::channel();
+        let bound = Bound::default();
+        let owner = Owner {
+            connect,
+            notes,
+            clock: clock.clone(),
+            robot: None,
+            bound: Arc::clone(&bound),
+            tell,
+        };
+        thread::Builder::new()
+            .name("patrold-robot".to_owned())
+            .spawn(move || owner.run(&inbox))?;
+        Ok(Self {
+            orders,
+            clock,
+            cancel: Cancel::new(),
+            bound,
+        })
+    }
+
+    /// Lets the devices go if they are open, connects and homes them.
+    pub fn open(&mut self, settings: Arc<Settings>) {
+        self.cancel = Cancel::new();
+        self.send(Order::Open(settings, self.cancel.clone()));
+    }
+
+    /// Takes a sweep.
+    pub fn sweep(&mut self, id: u64, settings: Arc<Settings>, waypoint: Option<String>) {
+        self.cancel = Cancel::new();
+        self.send(Order::Sweep(id, settings, waypoint, self.cancel.clone()));
+    }
+
+    /// Interrupts what was last ordered.
+    pub fn cancel(&self) {
+        self.cancel.cancel();
+    }
+
+    /// Lets the devices go.
+    pub fn close(&self) {
+        self.send(Order::Close);
+    }
+
+    /// Whether a call takes longer than any honest one.
+    pub fn is_overdue(&self) -> bool {
+        lock(&self.bound).is_some_and(|until| Instant::now() > until)
+    }
+
+    /// The clock of the devices.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    fn send(&self, order: Order) {
+        // The thread lives as long as this handle.
+        let _ = self.orders.send(order);
+    }
+}
+
+fn lock(bound: &Bound) -> std::sync::MutexGuard<'_, Option<Instant>> {
+    bound.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+struct Owner<F> {
+    connect: Box<dyn Connect>,
+    notes: Notes,
+    clock: Clock,
+    robot: Option<Box<dyn Robot>>,
+    bound: Bound,
+    tell: F,
+}
+
+impl<F: FnMut(RobotEvent)> Owner<F> {
+    fn run(mut self, inbox: &Receiver<Order>) {
+        loop {
+            let order = match inbox.recv_timeout(WATCH_PACE) {
+                Ok(order) => Some(order),
+                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Disconnected) => return,
+            };
+            let event = match order {
+                None => self.watch(),
+                Some(order) => self.obey(order),
+            };
+            if let Some(event) = event {
+                (self.tell)(event);
+            }
+        }
+    }
+
+    fn obey(&mut self, order: Order) -> Option<RobotEvent> {
+        match order {
+            Order::Open(settings, cancel) => self.open(&settings, &cancel),
+            Order::Sweep(id, settings, waypoint, cancel) => {
+                Some(self.sweep(id, &settings, waypoint.as_deref(), &cancel))
+            }
+            Order::Close => {
+                self.robot = None;
+                Some(RobotEvent::Closed)
+            }
+        }
+    }
+
+    /// Lost devices are let go: whoever hears of it opens them anew.
+    fn watch(&mut self) -> Option<RobotEvent> {
+        let fault = self.robot.as_mut()?.watch().err().filter(|f| f.lost)?;
+        self.begin(LEG_LIMIT);
+        self.robot = None;
+        self.end();
+        Some(RobotEvent::Lost(fault.reason))
+    }
+
+    /// An opening that was cancelled tells nothing: whoever cancelled it ordered something else.
+    fn open(&mut self, settings: &Settings, cancel: &Cancel) -> Option<RobotEvent> {
+        self.robot = None;
+        self.begin(OPEN_LIMIT);
+        let opened = self.connect.connect(settings, &self.notes, cancel);
+        let event = match opened {
+            Ok(mut robot) => {
+                let who = robot.describe();
+                self.robot = Some(robot);
+                RobotEvent::Ready(who)
+            }
+            Err(reason) => RobotEvent::Failed(reason),
+        };
+        self.end();
+        (!cancel.is_cancelled()).then_some(event)
+    }
+
+    fn sweep(
+        &mut self,
+        id: u64,
+        settings: &Settings,
+        waypoint: Option<&str>,
+        cancel: &Cancel,
+    ) -> RobotEvent {
+        self.begin(longest_sweep(settings, waypoint));
+        let taken = match &mut self.robot {
+            Some(robot) => robot.sweep(settings, waypoint, cancel),
+            None => Err(Fault {
+                reason: "the devices are not open".to_owned(),
+                lost: true,
+            }),
+        };
+        self.end();
+        match taken {
+            Ok(raw) => RobotEvent::Swept(id, Box::new(raw)),
+            Err(fault) => RobotEvent::SweepFailed(id, fault),
+        }
+    }
+
+    fn begin(&self, limit: Duration) {
+        *lock(&self.bound) = Some(Instant::now() + self.clock.wall(limit));
+    }
+
+    fn end(&self) {
+        *lock(&self.bound) = None;
+    }
+}
+
+/// Longest honest sweep, of the devices' clock.
+pub(super) fn longest_sweep(settings: &Settings, waypoint: Option<&str>) -> Duration {
+    let sweep = &settings.sweep;
+    let legs = match waypoint {
+        Some(name) => settings.pans_rad(name).len(),
+        None => sweep.pans_rad.len(),
+    };
+    let span_rad = (sweep.tilt_to_rad - sweep.tilt_from_rad).abs();
+    let leg = match sweep.mode {
+        SweepMode::Continuous => {
+            Duration::try_from_secs_f64(TILT_SLACK * span_rad / sweep.speed_rad_s)
+        }
+        SweepMode::Step => Duration::try_from_secs_f64(
+            LINE_LIMIT.as_secs_f64() * (span_rad / sweep.step_rad + 1.0),
+        ),
+    };
+    let leg = leg.unwrap_or(Duration::ZERO) + LEG_LIMIT;
+    RECOVERY_LIMIT + leg * u32::try_from(legs).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::longest_sweep;
+    use crate::config::{Settings, SweepMode};
+    use std::time::Duration;
+
+    #[test]
+    fn the_bound_of_a_sweep_grows_with_its_legs_and_lines() {
+        let mut settings = Settings::defaults();
+        // 60 deg at 5 deg/s, twice, and a minute; before it a minute and a half of homing.
+        assert_eq!(longest_sweep(&settings, None).as_secs(), 174);
+        settings.sweep.pans_rad = vec![0.0, 1.0];
+        assert_eq!(longest_sweep(&settings, Some("hall")).as_secs(), 258);
+        settings.sweep.mode = SweepMode::Step;
+        assert!(longest_sweep(&settings, None) > Duration::from_secs(360));
+    }
+}

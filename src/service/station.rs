@@ -1,0 +1,216 @@
+//! The true devices as the service's robot.
+
+use super::robot::{Connect, Fault, Notes, Robot};
+use crate::config::Settings;
+use crate::devices::{
+    Cancel, Clock, Device, DeviceError, DeviceNote, HeadMemory, NoteLevel, Station, SweepRequest,
+};
+use crate::store::Level;
+use crate::sweep::RawSweep;
+use serde_json::{Value, json};
+use std::collections::HashMap;
+use std::sync::mpsc::{self, Receiver};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+/// Connects the station of the settings.
+pub struct StationConnect {
+    clock: Clock,
+    /// A doubt about the head outlives the station that had it: it is homed, whatever the configuration says of the start.
+    memory: HeadMemory,
+    said: Said,
+}
+
+/// The last note of each device: a device that stays away says the same at every attempt, which is no news.
+type Said = Arc<Mutex<HashMap<Device, String>>>;
+
+impl StationConnect {
+    /// Connects stations that live in the time of `clock`.
+    pub fn new(clock: Clock) -> Self {
+        Self {
+            clock,
+            memory: HeadMemory::default(),
+            said: Said::default(),
+        }
+    }
+}
+
+impl Connect for StationConnect {
+    fn connect(
+        &mut self,
+        settings: &Settings,
+        notes: &Notes,
+        cancel: &Cancel,
+    ) -> Result<Box<dyn Robot>, String> {
+        let told = |error: DeviceError| error.to_string();
+        let (sender, receiver) = mpsc::channel();
+        let (forward, said) = (notes.clone(), Arc::clone(&self.said));
+        thread::Builder::new()
+            .name("patrold-notes".to_owned())
+            .spawn(move || pass_on(&receiver, &forward, &said))
+            .map_err(|error| format!("no thread for the devices' notes: {error}"))?;
+        let clock = self.clock.clone();
+        let opened = Station::open_again(settings, clock, sender, &self.memory, cancel);
+        let mut station = opened.map_err(told)?;
+        if self.memory.is_doubted() || !station.position_trusted() {
+            station.home(cancel).map_err(told)?;
+        }
+        Ok(Box::new(StationRobot {
+            station,
+            memory: self.memory.clone(),
+            cancel: cancel.clone(),
+        }))
+    }
+}
+
+struct StationRobot {
+    station: Station,
+    memory: HeadMemory,
+    /// Of the order that connected it; who answers is asked as part of that.
+    cancel: Cancel,
+}
+
+impl Robot for StationRobot {
+    fn describe(&mut self) -> Value {
+        match self.station.describe(&self.cancel) {
+            Ok(report) => json!(report),
+            Err(error) => json!({"error": error.to_string()}),
+        }
+    }
+
+    fn watch(&mut self) -> Result<(), Fault> {
+        self.station.watch().map_err(|error| {
+            // The next station may take the head as it is found; this one knows better.
+            if !self.station.position_trusted() {
+                self.doubtful.store(true, Ordering::Relaxed);
+            }
+            Fault {
+                reason: error.to_string(),
+                lost: true,
+            }
+        })
+    }
+
+    fn sweep(
+        &mut self,
+        settings: &Settings,
+        waypoint: Option<&str>,
+        cancel: &Cancel,
+    ) -> Result<RawSweep, Fault> {
+        let pans_rad = match waypoint {
+            Some(name) => settings.pans_rad(name),
+            None => &settings.sweep.pans_rad,
+        };
+        let request = SweepRequest::new(&settings.sweep, &settings.mount, pans_rad);
+        let taken = self
+            .be_trusted(cancel)
+            .and_then(|()| self.station.sweep(&request, cancel));
+        taken.map_err(|error| {
+            let lost = is_lost(&error);
+            if lost {
+                self.memory.doubt();
+            }
+            Fault {
+                reason: error.to_string(),
+                lost,
+            }
+        })
+    }
+}
+
+impl StationRobot {
+    /// A head that was plugged in again, or ran into its limit since, is homed before it is believed.
+    fn be_trusted(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
+        if self.station.position_trusted() {
+            return Ok(());
+        }
+        self.station.home(cancel)
+    }
+}
+
+/// Whether the devices must be opened and homed anew: after everything but a plan they cannot follow, a sweep whose
+/// instants are void, a laser that refuses, and a sweep that was called off. A head that refuses may have a broken axis.
+fn is_lost(error: &DeviceError) -> bool {
+    match error {
+        DeviceError::Refused { device, .. } => *device == Device::Head,
+        DeviceError::Cancelled | DeviceError::OutOfReach { .. } | DeviceError::TimerLost { .. } => {
+            false
+        }
+        _ => true,
+    }
+}
+
+fn pass_on(receiver: &Receiver<DeviceNote>, notes: &Notes, said: &Said) {
+    while let Ok(note) = receiver.recv() {
+        let news = {
+            let mut said = said.lock().unwrap_or_else(PoisonError::into_inner);
+            said.insert(note.device, note.text.clone()).as_ref() != Some(&note.text)
+        };
+        if !news {
+            continue;
+        }
+        let level = match note.level {
+            NoteLevel::Info => Level::Info,
+            NoteLevel::Warn => Level::Warning,
+            NoteLevel::Error => Level::Error,
+        };
+        notes.say(level, &note.device.to_string(), note.text);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Said, is_lost, pass_on};
+    use crate::devices::{Device, DeviceError, DeviceNote, NoteLevel};
+    use crate::service::Notes;
+    use std::sync::{Arc, Mutex, mpsc};
+
+    #[test]
+    fn a_head_that_refuses_is_homed_again_and_a_laser_is_not_lost_by_it() {
+        let refused = |device| DeviceError::Refused {
+            device,
+            port: "/dev/x".to_owned(),
+            command: "TP100".to_owned(),
+            detail: "Axis Error".to_owned(),
+        };
+        assert!(is_lost(&refused(Device::Head)));
+        assert!(!is_lost(&refused(Device::Laser)));
+        assert!(!is_lost(&DeviceError::Cancelled));
+    }
+
+    #[test]
+    fn what_a_device_says_again_is_no_news() {
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let take = Arc::clone(&heard);
+        let notes = Notes::new(move |_, device, text| {
+            take.lock()
+                .expect("no panic")
+                .push(format!("{device}: {text}"));
+        });
+        let (sender, receiver) = mpsc::channel();
+        for (device, text) in [
+            (Device::Laser, "away"),
+            (Device::Head, "away"),
+            (Device::Laser, "away"),
+            (Device::Laser, "here"),
+            (Device::Laser, "away"),
+        ] {
+            let note = DeviceNote {
+                device,
+                level: NoteLevel::Error,
+                text: text.to_owned(),
+            };
+            sender.send(note).expect("somebody listens");
+        }
+        drop(sender);
+        pass_on(&receiver, &notes, &Said::default());
+        let heard = heard.lock().expect("no panic").clone();
+        let expected = [
+            "laser: away",
+            "pan-tilt: away",
+            "laser: here",
+            "laser: away",
+        ];
+        assert_eq!(heard, expected);
+    }
+}

@@ -1,0 +1,150 @@
+//! The service as systemd and a shell see it: the program itself, without any device.
+
+use std::os::unix::net::UnixDatagram;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// A command of the program with the configuration in `dir`.
+pub fn patrold(dir: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_patrold"));
+    command
+        .args(arguments)
+        .arg("--config")
+        .arg(dir.join("patrold.toml"))
+        .env_remove("JOURNAL_STREAM")
+        .env_remove("NOTIFY_SOCKET");
+    command
+}
+
+fn configure(dir: &Path, more: &str) {
+    let text = format!(
+        "store.dir = {:?}\napi.socket = {:?}\nlaser.port = {:?}\nptu.port = {:?}\n{more}",
+        dir.join("store"),
+        dir.join("patrold.sock"),
+        dir.join("no-laser"),
+        dir.join("no-ptu"),
+    );
+    std::fs::write(dir.join("patrold.toml"), text).expect("configuration written");
+}
+
+/// What systemd hears.
+struct Systemd(UnixDatagram);
+
+impl Systemd {
+    fn listen(dir: &Path) -> Self {
+        let socket = UnixDatagram::bind(dir.join("notify")).expect("bound");
+        let patience = Some(Duration::from_secs(20));
+        socket.set_read_timeout(patience).expect("set");
+        Self(socket)
+    }
+
+    /// The next message that holds `wanted`.
+    fn hears(&self, wanted: &str) -> String {
+        let mut buffer = [0; 4096];
+        loop {
+            let got = self.0.recv(&mut buffer);
+            let count = got.unwrap_or_else(|e| panic!("waiting for {wanted}: {e}"));
+            let text = String::from_utf8_lossy(&buffer[..count]).into_owned();
+            if text.contains(wanted) {
+                return text;
+            }
+        }
+    }
+}
+
+fn signal(child: &Child, name: &str) {
+    let sent = Command::new("kill")
+        .args([name, &child.id().to_string()])
+        .status();
+    assert!(sent.expect("kill runs").success());
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn systemd_hears_every_turn_and_a_shell_gets_its_exit_codes() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let dir = dir.path();
+    configure(dir, "");
+    let systemd = Systemd::listen(dir);
+    let mut child = patrold(dir, &["run"])
+        .env("NOTIFY_SOCKET", dir.join("notify"))
+        .env("WATCHDOG_USEC", "400000")
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+
+    systemd.hears("READY=1");
+    systemd.hears("STATUS=devices lost; devices lost: ");
+    systemd.hears("WATCHDOG=1");
+
+    signal(&child, "-HUP");
+    assert!(systemd.hears("RELOADING=1").contains("MONOTONIC_USEC="));
+    systemd.hears("READY=1");
+    configure(dir, "laser.prot = \"x\"\n");
+    signal(&child, "-HUP");
+    systemd.hears("RELOADING=1");
+    systemd.hears("READY=1");
+    configure(dir, "");
+
+    let second = patrold(dir, &["run"]).output().expect("runs");
+    let told = stderr(&second);
+    let pid = child.id();
+    let expected = format!("patrold: another patrold (pid {pid}) already uses ");
+    assert_eq!(second.status.code(), Some(1));
+    assert!(
+        told.starts_with(&expected) && told.lines().count() == 1,
+        "{told}"
+    );
+
+    let visit = patrold(dir, &["visit", "hall"]).output().expect("runs");
+    assert_eq!(visit.status.code(), Some(1));
+    assert!(
+        stderr(&visit).starts_with("patrold: unknown waypoint \"hall\""),
+        "{}",
+        stderr(&visit)
+    );
+    let teach = patrold(dir, &["teach", "hall"]).output().expect("runs");
+    assert_eq!(teach.status.code(), Some(1));
+    assert!(
+        stderr(&teach).starts_with("patrold: teach refused: no devices: "),
+        "{}",
+        stderr(&teach)
+    );
+
+    let begun = Instant::now();
+    signal(&child, "-TERM");
+    systemd.hears("STOPPING=1");
+    let status = child.wait().expect("ends");
+    assert!(
+        begun.elapsed() < Duration::from_secs(3),
+        "{:?}",
+        begun.elapsed()
+    );
+    assert_eq!(status.code(), Some(0));
+    let mut log = String::new();
+    let mut pipe = child.stderr.take().expect("piped");
+    std::io::Read::read_to_string(&mut pipe, &mut log).expect("a log");
+    assert!(log.contains("laser.port?"), "the mistake is told: {log}");
+    assert!(!log.contains('\u{1b}'), "no colour in a file");
+
+    let gone = patrold(dir, &["visit", "hall"]).output().expect("runs");
+    assert_eq!(gone.status.code(), Some(1));
+    assert!(
+        stderr(&gone).ends_with("start it: systemctl start patrold\n"),
+        "{}",
+        stderr(&gone)
+    );
+}
+
+#[test]
+fn a_wrong_configuration_is_told_at_once() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    configure(dir.path(), "laser.prot = \"x\"\nnovelty.u_th_m = nan\n");
+    let run = patrold(dir.path(), &["run"]).output().expect("runs");
+    assert_eq!(run.status.code(), Some(2));
+    assert_eq!(stderr(&run).lines().count(), 2, "{}", stderr(&run));
+}
