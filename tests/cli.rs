@@ -16,5 +16,7 @@ mod hardware;
 mod log;
 #[path = "cli/manifest.rs"]
 mod manifest;
+#[path = "cli/rejudge.rs"]
+mod rejudge;
 #[path = "cli/schemas.rs"]
 mod schemas;

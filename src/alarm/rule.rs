@@ -18,7 +18,8 @@ pub enum Decision {
 ///
 /// A changed place folds into a standing alarm only if that alarm knows every single thing seen (same
 /// kind, centre within `same_place_m` metres), so a second intruder is never hidden by the first.
-/// A quiet place clears what stands. A place that was not observed changes nothing.
+/// A quiet place clears each standing alarm of which it shows nothing any more; one whose thing is still
+/// there (found, but too small to reach the threshold) stands. A place that was not observed changes nothing.
 pub fn decide(
     verdict: Verdict,
     seen: &[Sighting],
@@ -27,7 +28,15 @@ pub fn decide(
 ) -> Vec<Decision> {
     match verdict {
         Verdict::NotObserved => Vec::new(),
-        Verdict::Quiet => standing.iter().map(|i| Decision::Clear(i.id)).collect(),
+        Verdict::Quiet => standing
+            .iter()
+            .filter(|incident| {
+                !seen
+                    .iter()
+                    .any(|thing| knows(incident, thing, same_place_m))
+            })
+            .map(|incident| Decision::Clear(incident.id))
+            .collect(),
         Verdict::Changed => {
             let knows_all = |incident: &&Incident| {
                 seen.iter()
@@ -87,6 +96,17 @@ mod tests {
         let seen = [at(1.0, Kind::Disappeared)];
         let decisions = decide(Verdict::Changed, &seen, &standing, 0.5);
         assert_eq!(decisions, [Decision::Raise]);
+    }
+
+    #[test]
+    fn quiet_keeps_an_alarm_whose_thing_is_still_there() {
+        let standing = [
+            incident(3, &[at(1.0, Kind::Appeared), at(2.0, Kind::Appeared)]),
+            incident(5, &[at(4.0, Kind::Appeared)]),
+        ];
+        let still_there = [at(2.1, Kind::Appeared)];
+        let decisions = decide(Verdict::Quiet, &still_there, &standing, 0.5);
+        assert_eq!(decisions, [Decision::Clear(5)]);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::failure::{CHANGED, DONE, FAILED, Failure, NOT_OBSERVED, Outcome, verdict_code};
 use super::stopwatch::{Stopwatch, Timing};
 use super::{alarms, clouds, files, output, table};
-use crate::config::{EngineMode, Settings, Value, load};
+use crate::config::{self, EngineMode, Settings, load};
 use crate::formats::write_ply;
 use crate::geometry::View;
 use crate::novelty::Detection;
@@ -11,7 +11,7 @@ use crate::patrol::{Inspection, Report, inspect, prepare};
 use clap::{Args, ValueEnum};
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `compare`.
@@ -81,7 +81,7 @@ struct Pair {
 
 #[derive(Debug, Deserialize)]
 struct Manifest {
-    pairs: Vec<Pair>,
+    pairs: Vec<Value>,
 }
 
 #[derive(Serialize)]
@@ -104,7 +104,7 @@ struct Compared {
 pub fn run(args: &CompareArgs) -> Outcome {
     let settings = settings(args)?;
     match &args.manifest {
-        Some(manifest) => run_manifest(manifest, &settings),
+        Some(manifest) => run_manifest(manifest, args, &settings),
         None => run_pair(args, &settings),
     }
 }
@@ -116,14 +116,17 @@ fn settings(args: &CompareArgs) -> Result<Settings, Failure> {
             EngineArg::Standard => EngineMode::Standard,
             EngineArg::Paper => EngineMode::Paper,
         };
-        flags.push(("novelty.engine", Value::Text(mode.word().to_owned())));
+        flags.push((
+            "novelty.engine",
+            config::Value::Text(mode.word().to_owned()),
+        ));
     }
     if let Some(u_th) = args.u_th {
-        flags.push(("novelty.u_th_m", Value::Float(u_th)));
-        flags.push(("novelty.u_th_fm", Value::Float(u_th)));
+        flags.push(("novelty.u_th_m", config::Value::Float(u_th)));
+        flags.push(("novelty.u_th_fm", config::Value::Float(u_th)));
     }
     if let Some(seed) = args.seed {
-        flags.push(("mixture.seed", Value::Integer(i64::from(seed))));
+        flags.push(("mixture.seed", config::Value::Integer(i64::from(seed))));
     }
     Ok(load(args.config.as_deref(), &flags)?.settings)
 }
@@ -158,25 +161,27 @@ fn run_pair(args: &CompareArgs, settings: &Settings) -> Outcome {
     Ok(verdict_code(compared.inspection.detection.verdict))
 }
 
-fn run_manifest(path: &Path, settings: &Settings) -> Outcome {
+fn run_manifest(path: &Path, args: &CompareArgs, settings: &Settings) -> Outcome {
     let text = files::read_text(path)?;
     let manifest: Manifest =
         serde_json::from_str(&text).map_err(|error| files::named(path, error))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let progress = super::progress::bar(manifest.pairs.len(), "pairs");
     let mut codes = Vec::new();
-    for mut pair in manifest.pairs {
-        for file in [&mut pair.reference, &mut pair.current] {
-            *file = folder.join(&*file);
-        }
-        pair.labels_out = pair.labels_out.map(|file| folder.join(file));
-        match compare(&pair, settings) {
-            Ok(compared) => {
-                output::json(&line(&pair, &compared))?;
-                codes.push(verdict_code(compared.inspection.detection.verdict));
-            }
+    for (index, entry) in manifest.pairs.into_iter().enumerate() {
+        let name = match entry.get("name") {
+            Some(Value::String(name)) => name.clone(),
+            _ => index.to_string(),
+        };
+        let compared = pair_of(entry, folder, args).and_then(|pair| {
+            let compared = compare(&pair, settings)?;
+            output::json(&line(&pair, &compared))?;
+            Ok(verdict_code(compared.inspection.detection.verdict))
+        });
+        match compared {
+            Ok(code) => codes.push(code),
             Err(failure) => {
-                output::json(&json!({"name": pair.name, "error": failure.to_string()}))?;
+                output::json(&json!({"name": name, "error": failure.to_string()}))?;
                 codes.push(FAILED);
             }
         }
@@ -188,6 +193,24 @@ fn run_manifest(path: &Path, settings: &Settings) -> Outcome {
         .into_iter()
         .find(first_of)
         .unwrap_or(DONE))
+}
+
+/// One entry of a manifest: its paths start at the manifest's folder, and where it does not say where the sensor
+/// stood, the command line does.
+fn pair_of(entry: Value, folder: &Path, args: &CompareArgs) -> Result<Pair, Failure> {
+    let mut pair: Pair = serde_json::from_value(entry)
+        .map_err(|error| Failure::Failed(format!("in the manifest: {error}; mend this pair")))?;
+    for file in [&mut pair.reference, &mut pair.current] {
+        *file = folder.join(&*file);
+    }
+    pair.labels_out = pair.labels_out.map(|file| folder.join(file));
+    let array = |p: Option<Point3<f64>>| p.map(|p| p.coords.into());
+    if pair.sensor_origin.is_none() {
+        let of_flags = |own: Option<Point3<f64>>| array(own.or(args.sensor_origin));
+        pair.reference_origin = pair.reference_origin.or(of_flags(args.reference_origin));
+        pair.current_origin = pair.current_origin.or(of_flags(args.current_origin));
+    }
+    Ok(pair)
 }
 
 fn compare(pair: &Pair, settings: &Settings) -> Result<Compared, Failure> {

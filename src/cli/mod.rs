@@ -1,6 +1,7 @@
 //! Takes a command line, gives an exit code: one file per command, nothing but asking the other rooms and
 //! telling people or programs what they said.
 
+mod alarm_report;
 mod alarms;
 mod args;
 mod client;
@@ -16,6 +17,7 @@ mod files;
 mod fit;
 mod output;
 mod progress;
+mod rejudge;
 mod run;
 mod shapes;
 mod stopwatch;

@@ -52,6 +52,11 @@ pub fn run(args: &ShapesArgs) -> Outcome {
     if args.epsilon.is_some_and(|e| !(e.is_finite() && e > 0.0)) {
         return Err(Failure::Usage("--epsilon wants metres above 0".to_owned()));
     }
+    if args.points && args.method == MethodArg::Covariance {
+        return Err(Failure::Usage(
+            "--points takes the points by RANSAC, --method covariance does not: leave one of them away".to_owned(),
+        ));
+    }
     let cloud = clouds::load(&args.cloud)?;
     let began = Instant::now();
     let found = shapes(args, &cloud).map_err(|error| files::named(&args.cloud, error))?;

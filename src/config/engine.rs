@@ -1,8 +1,10 @@
 //! From the configuration's few knobs to the engine's settings.
 
 use super::settings::{EngineMode, Settings};
+use crate::distance::Ground;
 use crate::patrol::EngineSettings;
 use crate::shape::Choice;
+use serde_json::json;
 
 impl EngineMode {
     /// The word of the configuration and of JSON.
@@ -11,6 +13,15 @@ impl EngineMode {
             Self::Standard => "standard",
             Self::Paper => "paper",
         }
+    }
+}
+
+/// The ground distance in the word of the configuration and of JSON.
+pub(super) fn ground_word(ground: Ground) -> &'static str {
+    match ground {
+        Ground::W2 => "w2",
+        Ground::Euclid => "euclid",
+        Ground::Fm => "fm",
     }
 }
 
@@ -31,5 +42,19 @@ impl Settings {
             _ => Choice::Auto,
         };
         engine
+    }
+
+    /// What a stored verdict or reference depends on beside the threshold and the seed, as JSON: the form that the
+    /// log keeps.
+    pub fn engine_json(&self) -> String {
+        let novelty = &self.novelty;
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "engine": novelty.engine.word(),
+            "ground": ground_word(novelty.ground),
+            "max_range_m": novelty.max_range_m,
+            "shape": self.shape.method,
+        })
+        .to_string()
     }
 }

@@ -255,21 +255,21 @@ pub const KEYS: &[Key] = &[
         Text,
         "\"/var/lib/patrold\"",
         "",
-        "Where the database, references and sweeps live.",
+        "Where the database, references and sweeps live; a relative path starts at the folder of this file.",
     ),
     key(
         "store.keep_days",
         Float(0.0, 36_500.0),
         "30.0",
         "days",
-        "Sweeps older than this go, unless they are alarm evidence or a reference in use; 0 keeps all.",
+        "Sweeps older than this go, unless they are alarm evidence or a reference of a known waypoint; 0 keeps all.",
     ),
     key(
         "store.keep_gib",
         Float(0.0, 1e6),
         "20.0",
         "GiB",
-        "Oldest sweeps go first above this, with the same exceptions; 0 sets no limit.",
+        "Oldest sweeps go first above this; the same exceptions stay, and are not counted; 0 sets no limit.",
     ),
     key(
         "alarms.same_place_m",
@@ -283,7 +283,7 @@ pub const KEYS: &[Key] = &[
         Text,
         "\"/run/patrold/patrold.sock\"",
         "",
-        "Unix socket through which visit, teach and sweep reach the service.",
+        "Unix socket through which visit, teach and sweep reach the service; a relative path starts at the folder of this file.",
     ),
     key(
         "api.socket_mode",

@@ -8,6 +8,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
+/// Keys that name a file or folder of ours.
+const PATH_KEYS: [&str; 2] = ["store.dir", "api.socket"];
+
 /// Text of one configuration file.
 #[derive(Debug, Clone)]
 pub struct Source {
@@ -78,12 +81,29 @@ impl Layers {
         self.values.insert(name.to_owned(), (value, Origin::Flag));
     }
 
-    /// File and line of `name`, for a message about it.
-    pub(super) fn place(&self, name: &str) -> (PathBuf, usize) {
-        match self.values.get(name) {
-            Some((_, Origin::File(path, line))) => (path.clone(), *line),
-            Some((_, Origin::Flag)) => (PathBuf::from("command line"), 0),
-            _ => (PathBuf::from("defaults"), 0),
+    /// File and line of the first of `keys` that stands in a file, for a message about them all.
+    pub(super) fn place(&self, keys: &[&str]) -> (PathBuf, usize) {
+        let origins = || keys.iter().filter_map(|key| self.values.get(*key));
+        let in_file = origins().find_map(|(_, origin)| match origin {
+            Origin::File(path, line) => Some((path.clone(), *line)),
+            Origin::Default | Origin::Flag => None,
+        });
+        let by_flag = || {
+            let given = origins().any(|(_, origin)| *origin == Origin::Flag);
+            given.then(|| (PathBuf::from("command line"), 0))
+        };
+        in_file
+            .or_else(by_flag)
+            .unwrap_or_else(|| (PathBuf::from("defaults"), 0))
+    }
+
+    /// Makes the paths that a file gives relative paths from `folder`, where the main file lies, so that they mean
+    /// the same to every program that reads it.
+    pub(super) fn anchor_paths(&mut self, folder: &Path) {
+        for key in PATH_KEYS {
+            if let Some((Value::Text(path), Origin::File(..))) = self.values.get_mut(key) {
+                *path = folder.join(&*path).to_string_lossy().into_owned();
+            }
         }
     }
 }

@@ -48,6 +48,7 @@ pub fn load(file: Option<&Path>, flags: &[(&str, Value)]) -> Result<Loaded, Vec<
             Err(error) => mistakes.push(unreadable(path, &error)),
         }
     }
+    layers.anchor_paths(main.parent().unwrap_or(Path::new("")));
     for (name, value) in flags {
         layers.set_flag(name, value.clone());
     }
@@ -124,5 +125,24 @@ mod tests {
                 .to_string()
                 .starts_with("no/such.toml: cannot be read")
         );
+    }
+
+    #[test]
+    fn paths_are_relative_to_the_folder_of_the_main_file() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let file = dir.path().join("patrold.toml");
+        fs::write(&file, "store.dir = \"store\"\n").expect("written");
+        fs::create_dir(dir.path().join("patrold.d")).expect("folder");
+        fs::write(
+            dir.path().join("patrold.d/1.toml"),
+            "api.socket = \"run/s\"\n",
+        )
+        .expect("1");
+        let settings = load(Some(&file), &[]).expect("valid").settings;
+        assert_eq!(settings.store.dir, dir.path().join("store"));
+        assert_eq!(settings.api.socket, dir.path().join("run/s"));
+        fs::write(&file, "store.dir = \"/var/s\"\n").expect("written");
+        let settings = load(Some(&file), &[]).expect("valid").settings;
+        assert_eq!(settings.store.dir, std::path::Path::new("/var/s"));
     }
 }

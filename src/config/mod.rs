@@ -2,6 +2,7 @@
 //! told at once with its line, and every value knows where it came from.
 
 mod check;
+mod contradictions;
 mod engine;
 mod keys;
 mod layers;

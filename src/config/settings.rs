@@ -1,6 +1,7 @@
 //! The configuration as the program reads it: checked, typed, no more names to look up.
 
-use super::check::{Mistake, Problem};
+use super::check::Mistake;
+use super::contradictions::contradictions;
 use super::layers::Layers;
 use super::reading::read;
 use crate::distance::Ground;
@@ -215,19 +216,7 @@ impl Settings {
     /// Every contradiction found.
     pub fn build(layers: &Layers) -> Result<Self, Vec<Mistake>> {
         let settings = read(layers);
-        let mistakes: Vec<Mistake> = settings
-            .contradictions()
-            .into_iter()
-            .map(|(key, what)| {
-                let (file, line) = layers.place(key);
-                let problem = Problem::Contradiction(what);
-                Mistake {
-                    file,
-                    line,
-                    problem,
-                }
-            })
-            .collect();
+        let mistakes = contradictions(&settings, layers);
         if mistakes.is_empty() {
             Ok(settings)
         } else {
@@ -244,35 +233,21 @@ impl Settings {
         }
     }
 
+    /// Puts another U_th in force at a waypoint, in the unit of the ground distance in force.
+    pub fn set_u_th(&mut self, waypoint: &str, u_th: f64) {
+        let own = self.waypoints.entry(waypoint.to_owned()).or_default();
+        match self.novelty.ground {
+            Ground::Fm => own.u_th_fm = Some(u_th),
+            Ground::W2 | Ground::Euclid => own.u_th_m = Some(u_th),
+        }
+    }
+
     /// Pans of one visit at a waypoint, radians.
     pub fn pans_rad(&self, waypoint: &str) -> &[f64] {
         self.waypoints
             .get(waypoint)
             .and_then(|w| w.pans_rad.as_deref())
             .unwrap_or(&self.sweep.pans_rad)
-    }
-
-    fn contradictions(&self) -> Vec<(&'static str, String)> {
-        let mut found = Vec::new();
-        if (self.sweep.tilt_from_rad - self.sweep.tilt_to_rad).abs() < 1f64.to_radians() {
-            found.push((
-                "sweep.tilt_to_deg",
-                "sweep.tilt_from_deg and sweep.tilt_to_deg must be at least 1 deg apart".to_owned(),
-            ));
-        }
-        if self.laser.port == self.ptu.port {
-            found.push((
-                "ptu.port",
-                format!("laser.port and ptu.port are both {}", self.laser.port),
-            ));
-        }
-        if self.ptu.port.starts_with("tcp:") {
-            found.push((
-                "ptu.port",
-                "ptu.port must be a serial device, not tcp".to_owned(),
-            ));
-        }
-        found
     }
 }
 
@@ -306,16 +281,5 @@ mod tests {
         assert_eq!(settings.u_th(Some("hall")), 0.5);
         assert_eq!(settings.u_th(Some("dock")), 0.25);
         assert_eq!(settings.u_th(None), 0.25);
-    }
-
-    #[test]
-    fn contradictions_name_file_and_line() {
-        let text = "[sweep]\ntilt_from_deg = 10\ntilt_to_deg = 10\n";
-        let mistakes = Settings::build(&layers(text)).expect_err("no tilt range");
-        assert!(
-            mistakes[0]
-                .to_string()
-                .starts_with("t.toml:3: sweep.tilt_from_deg")
-        );
     }
 }

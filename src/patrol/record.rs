@@ -1,9 +1,10 @@
 //! Novelties and shapes in the form of the contract (`docs/contract.md`): what JSON and the log show.
 
+use super::figure;
 use crate::geometry::Pose;
 use crate::novelty::{Kind, Novelty};
 use crate::shape::{Class, Method, Retrieval, Shape};
-use nalgebra::{Matrix3, Point3};
+use nalgebra::{Matrix3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// A class with its probability.
@@ -12,6 +13,7 @@ pub struct AlternativeRecord {
     /// The class.
     pub class: String,
     /// Its posterior probability.
+    #[serde(deserialize_with = "figure::one")]
     pub probability: f64,
 }
 
@@ -23,20 +25,27 @@ pub struct ShapeRecord {
     /// How it was found.
     pub method: String,
     /// Posterior probability of the class.
+    #[serde(deserialize_with = "figure::one")]
     pub probability: f64,
     /// The other classes.
     pub alternatives: Vec<AlternativeRecord>,
     /// Centre, metres.
+    #[serde(deserialize_with = "figure::three")]
     pub centre: [f64; 3],
     /// Its standard deviation, metres.
+    #[serde(deserialize_with = "figure::three")]
     pub centre_sd: [f64; 3],
     /// Rows of the rotation whose columns are the shape's axes.
+    #[serde(deserialize_with = "figure::nine")]
     pub rotation: [[f64; 3]; 3],
     /// Full lengths along the axes, metres.
+    #[serde(deserialize_with = "figure::three")]
     pub size: [f64; 3],
     /// Their standard deviations, metres.
+    #[serde(deserialize_with = "figure::three")]
     pub size_sd: [f64; 3],
     /// Root mean square distance of its points, metres.
+    #[serde(deserialize_with = "figure::one")]
     pub residual_m: f64,
     /// Points on it.
     pub inliers: usize,
@@ -59,18 +68,24 @@ pub struct NoveltyRecord {
     /// Index of the disappeared novelty that this is the same thing as.
     pub moved_from: Option<usize>,
     /// Mean of its points, metres.
+    #[serde(deserialize_with = "figure::three")]
     pub centre: [f64; 3],
     /// Covariance of its points, square metres.
+    #[serde(deserialize_with = "figure::nine")]
     pub covariance: [[f64; 3]; 3],
     /// Axis-aligned extent of its points, metres.
+    #[serde(deserialize_with = "figure::three")]
     pub extent: [f64; 3],
     /// How many points it has.
     pub points: usize,
     /// Its share of the commonly visible mass.
+    #[serde(deserialize_with = "figure::one")]
     pub mass: f64,
     /// Its part of d_GMM.
+    #[serde(deserialize_with = "figure::one")]
     pub contribution: f64,
     /// Summed evidence of its points.
+    #[serde(deserialize_with = "figure::one")]
     pub support: f64,
     /// Its shape; null where it has too few points for one.
     pub shape: Option<ShapeRecord>,
@@ -104,7 +119,27 @@ impl NoveltyRecord {
         }
     }
 
-    /// The same novelty in another frame; the extent stays that of the frame it was measured in.
+    /// The contract's form of a novelty in another frame than that of the revisit, its extent along that frame's
+    /// axes.
+    pub fn new_in(
+        novelty: &Novelty,
+        retrieval: Option<&Retrieval>,
+        other_from_this: &Pose,
+    ) -> Self {
+        let record = Self::new(novelty, retrieval).in_frame(other_from_this);
+        let mut places = novelty.places.iter().map(|p| other_from_this * p);
+        let Some(first) = places.next() else {
+            return record;
+        };
+        let (low, high) = places.fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
+        Self {
+            extent: (high - low).into(),
+            ..record
+        }
+    }
+
+    /// The same novelty in another frame. Its extent stays along the axes of the frame it was measured in, for the
+    /// record has no points to measure it anew: [`NoveltyRecord::new_in`] has.
     pub fn in_frame(&self, other_from_this: &Pose) -> Self {
         let turn = other_from_this.rotation.to_rotation_matrix();
         let covariance = turn.matrix() * matrix(&self.covariance) * turn.matrix().transpose();
@@ -149,10 +184,18 @@ impl ShapeRecord {
         let turn = other_from_this.rotation.to_rotation_matrix();
         Self {
             centre: moved(other_from_this, self.centre),
+            centre_sd: turned_sd(turn.matrix(), self.centre_sd),
             rotation: rows(&(turn.matrix() * matrix(&self.rotation))),
             ..self.clone()
         }
     }
+}
+
+/// Standard deviations along the turned axes, those along the old ones taken as independent.
+fn turned_sd(turn: &Matrix3<f64>, sd: [f64; 3]) -> [f64; 3] {
+    let variances = Matrix3::from_diagonal(&Vector3::from(sd.map(|s| s * s)));
+    let turned = turn * variances * turn.transpose();
+    [0, 1, 2].map(|axis| turned[(axis, axis)].max(0.0).sqrt())
 }
 
 fn moved(pose: &Pose, p: [f64; 3]) -> [f64; 3] {
@@ -195,19 +238,18 @@ pub fn method_word(method: Method) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use super::NoveltyRecord;
+    use super::{NoveltyRecord, turned_sd};
     use crate::geometry::RollPitchYaw;
     use crate::mixture::{Gaussian, Mixture};
     use crate::novelty::{Kind, Novelty};
     use nalgebra::{Matrix3, Point3, Vector3};
 
-    #[test]
-    fn there_and_back_is_the_same_record() {
-        let novelty = Novelty {
+    fn novelty(places: Vec<Point3<f64>>) -> Novelty {
+        Novelty {
             kind: Kind::Appeared,
             moved_from: None,
             points: vec![1, 2, 3],
-            places: Vec::new(),
+            places,
             moments: Gaussian {
                 mean: Point3::new(1.0, 2.0, 3.0),
                 covariance: Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0)),
@@ -217,8 +259,46 @@ mod tests {
             mass: 0.1,
             contribution: 0.2,
             support: 300.0,
-        };
-        let record = NoveltyRecord::new(&novelty, None);
+        }
+    }
+
+    #[test]
+    fn extent_and_deviations_follow_the_axes_of_the_frame() {
+        let quarter = RollPitchYaw {
+            roll_rad: 0.0,
+            pitch_rad: 0.0,
+            yaw_rad: std::f64::consts::FRAC_PI_2,
+        }
+        .with_translation([4.0, 5.0, 6.0]);
+        let places = vec![Point3::origin(), Point3::new(3.0, 1.0, 2.0)];
+        let record = NoveltyRecord::new_in(&novelty(places), None, &quarter);
+        for (got, expected) in record.extent.into_iter().zip([1.0, 3.0, 2.0]) {
+            assert!((got - expected).abs() < 1e-12);
+        }
+        let turned = turned_sd(
+            quarter.rotation.to_rotation_matrix().matrix(),
+            [0.1, 0.2, 0.3],
+        );
+        for (got, expected) in turned.into_iter().zip([0.2, 0.1, 0.3]) {
+            assert!((got - expected).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_figure_that_is_not_finite_is_null_and_reads_back() {
+        let mut record = NoveltyRecord::new(&novelty(Vec::new()), None);
+        record.centre[1] = f64::NAN;
+        record.covariance[0][2] = f64::INFINITY;
+        record.support = f64::NAN;
+        let text = serde_json::to_string(&record).expect("JSON");
+        let back: NoveltyRecord = serde_json::from_str(&text).expect("reads");
+        assert!(back.centre[1].is_nan() && back.covariance[0][2].is_nan() && back.support.is_nan());
+        assert_eq!(back.mass, record.mass);
+    }
+
+    #[test]
+    fn there_and_back_is_the_same_record() {
+        let record = NoveltyRecord::new(&novelty(Vec::new()), None);
         let pose = RollPitchYaw {
             roll_rad: 0.1,
             pitch_rad: 0.2,

@@ -2,10 +2,11 @@
 
 use super::error::StoreError;
 use super::handle::{Stamp, Store, time_text};
-use super::visits::sighting;
+use super::novelties::{novelties, sighting};
+use super::waypoints::named_in_log;
 use crate::alarm::{Incident, State};
 use crate::patrol::NoveltyRecord;
-use rusqlite::{Connection, params, params_from_iter};
+use rusqlite::{Connection, OptionalExtension, Transaction, params, params_from_iter};
 use serde::Serialize;
 
 /// Which alarms are asked for; what is `None` does not matter.
@@ -41,9 +42,11 @@ pub struct AlarmRow {
     /// Run of the machine in which it was raised.
     pub boot_id: String,
     /// Distance of the visit that raised it.
-    pub d_gmm: f64,
+    pub d_gmm: Option<f64>,
     /// The threshold then in force.
-    pub u_th: f64,
+    pub u_th: Option<f64>,
+    /// Ground distance of both (w2, euclid: metres; fm: no unit), where the visit's engine says so.
+    pub ground: Option<String>,
     /// That visit's reason.
     pub reason: String,
     /// Sequence number of that visit.
@@ -66,7 +69,7 @@ pub struct AlarmRow {
 
 const SELECT: &str = "
     SELECT a.id, w.name, a.state, a.raised_at, a.last_seen_at, a.visits, a.boot_id, v.d_gmm, v.u_th, v.reason,
-           v.id, r.version, a.acknowledged_at, a.acknowledged_by, a.note, a.cleared_at, a.cleared_because
+           v.id, r.version, a.acknowledged_at, a.acknowledged_by, a.note, a.cleared_at, a.cleared_because, v.engine
     FROM alarm a JOIN waypoint w ON w.id = a.waypoint_id
     JOIN visit v ON v.id = a.first_visit_id
     LEFT JOIN reference r ON r.id = v.reference_id";
@@ -75,7 +78,7 @@ impl Store {
     /// Alarms that match, newest first.
     ///
     /// # Errors
-    /// The database refuses.
+    /// A waypoint that the log never heard of, or the database refuses.
     pub fn alarms(&self, filter: &AlarmFilter) -> Result<Vec<AlarmRow>, StoreError> {
         let mut conditions = Vec::new();
         let mut values: Vec<String> = Vec::new();
@@ -96,13 +99,14 @@ impl Store {
         };
         let limit = filter.limit.map_or(-1, i64::from);
         let sql = format!("{SELECT} {wanted} ORDER BY a.id DESC LIMIT {limit}");
-        let mut query = self.db.prepare(&sql)?;
-        let rows = query.query_map(params_from_iter(values), read_row)?;
-        let alarms: Vec<AlarmRow> = rows.collect::<Result<_, _>>()?;
-        alarms
-            .into_iter()
-            .map(|alarm| self.with_novelties(alarm))
-            .collect()
+        self.read(|db| {
+            if let Some(name) = &filter.waypoint {
+                named_in_log(db, name)?;
+            }
+            let mut query = db.prepare(&sql)?;
+            let rows = query.query_map(params_from_iter(values), read_row)?;
+            rows.map(|row| with_novelties(db, row?)).collect()
+        })
     }
 
     /// One alarm.
@@ -110,13 +114,11 @@ impl Store {
     /// # Errors
     /// No such alarm.
     pub fn alarm(&self, id: i64) -> Result<AlarmRow, StoreError> {
-        let mut query = self.db.prepare(&format!("{SELECT} WHERE a.id = ?1"))?;
-        let mut rows = query.query_map([id], read_row)?;
-        let alarm = rows.next().ok_or(StoreError::UnknownAlarm(id))??;
-        self.with_novelties(alarm)
+        self.read(|db| alarm(db, id))
     }
 
-    /// Somebody saw the alarm. A cleared alarm stays cleared, with the name beside it.
+    /// Somebody saw the alarm. The first to do so stays on record; the notes of later ones are added to it, with
+    /// their names. A cleared alarm stays cleared, with the name beside it.
     ///
     /// # Errors
     /// No such alarm.
@@ -127,22 +129,40 @@ impl Store {
         note: Option<&str>,
         stamp: &Stamp,
     ) -> Result<AlarmRow, StoreError> {
-        let changed = self.db.execute(
-            "UPDATE alarm SET state = CASE state WHEN 'open' THEN 'acknowledged' ELSE state END,
-                              acknowledged_at = ?2, acknowledged_by = ?3, note = coalesce(?4, note)
-             WHERE id = ?1",
-            params![id, stamp.text(), by, note],
-        )?;
-        if changed == 0 {
-            return Err(StoreError::UnknownAlarm(id));
-        }
-        self.alarm(id)
+        self.change(|change| {
+            let before = alarm(change, id)?;
+            let is_first = before.acknowledged_at.is_none();
+            let added = note.map(|text| {
+                if is_first {
+                    text.to_owned()
+                } else {
+                    format!("{by}: {text}")
+                }
+            });
+            let notes: Vec<String> = before.note.into_iter().chain(added).collect();
+            let note = (!notes.is_empty()).then(|| notes.join("\n"));
+            change.execute(
+                "UPDATE alarm SET state = CASE state WHEN 'open' THEN 'acknowledged' ELSE state END,
+                                  acknowledged_at = coalesce(acknowledged_at, ?2),
+                                  acknowledged_by = coalesce(acknowledged_by, ?3), note = ?4
+                 WHERE id = ?1",
+                params![id, stamp.text(), by, note],
+            )?;
+            alarm(change, id)
+        })
     }
+}
 
-    fn with_novelties(&self, mut alarm: AlarmRow) -> Result<AlarmRow, StoreError> {
-        alarm.novelties = novelties(&self.db, "visit_id = ?1 ORDER BY position", alarm.visit_id)?;
-        Ok(alarm)
-    }
+fn alarm(db: &Connection, id: i64) -> Result<AlarmRow, StoreError> {
+    let row = db
+        .query_row(&format!("{SELECT} WHERE a.id = ?1"), [id], read_row)
+        .optional()?;
+    with_novelties(db, row.ok_or(StoreError::UnknownAlarm(id))?)
+}
+
+fn with_novelties(db: &Connection, mut alarm: AlarmRow) -> Result<AlarmRow, StoreError> {
+    alarm.novelties = novelties(db, "visit_id = ?1", alarm.visit_id)?;
+    Ok(alarm)
 }
 
 fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<AlarmRow> {
@@ -162,6 +182,7 @@ fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<AlarmRow> {
         boot_id: row.get(6)?,
         d_gmm: row.get(7)?,
         u_th: row.get(8)?,
+        ground: ground_of(&row.get::<_, String>(17)?),
         reason: row.get(9)?,
         visit_id: row.get(10)?,
         frame,
@@ -174,18 +195,9 @@ fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<AlarmRow> {
     })
 }
 
-fn novelties(db: &Connection, which: &str, id: i64) -> Result<Vec<NoveltyRecord>, StoreError> {
-    let mut query = db.prepare(&format!("SELECT record FROM novelty WHERE {which}"))?;
-    let texts: Vec<String> = query
-        .query_map([id], |row| row.get(0))?
-        .collect::<Result<_, _>>()?;
-    let read = |text: String| {
-        serde_json::from_str(&text).map_err(|source| StoreError::Record {
-            what: "novelty",
-            source,
-        })
-    };
-    texts.into_iter().map(read).collect()
+fn ground_of(engine: &str) -> Option<String> {
+    let engine: serde_json::Value = serde_json::from_str(engine).ok()?;
+    Some(engine.get("ground")?.as_str()?.to_owned())
 }
 
 /// The alarms of a waypoint that are not cleared, with all that their first and last visit saw.
@@ -207,28 +219,39 @@ pub(super) fn standing(db: &Connection, waypoint_id: i64) -> Result<Vec<Incident
 }
 
 pub(super) fn raise(
-    db: &Connection,
+    change: &Transaction<'_>,
     waypoint_id: i64,
     visit_id: i64,
     stamp: &Stamp,
 ) -> Result<i64, StoreError> {
-    db.execute(
+    change.execute(
         "INSERT INTO alarm (waypoint_id, raised_at, boot_id, first_visit_id, last_visit_id, last_seen_at, state)
          VALUES (?1, ?2, ?3, ?4, ?4, ?2, 'open')",
         params![waypoint_id, stamp.text(), stamp.boot_id, visit_id],
     )?;
-    Ok(db.last_insert_rowid())
+    let id = change.last_insert_rowid();
+    link(change, id, visit_id)?;
+    Ok(id)
 }
 
 pub(super) fn fold(
-    db: &Connection,
+    change: &Transaction<'_>,
     id: i64,
     visit_id: i64,
     stamp: &Stamp,
 ) -> Result<(), StoreError> {
-    db.execute(
+    change.execute(
         "UPDATE alarm SET last_visit_id = ?2, last_seen_at = ?3, visits = visits + 1 WHERE id = ?1",
         params![id, visit_id, stamp.text()],
+    )?;
+    link(change, id, visit_id)
+}
+
+/// Makes a visit evidence of an alarm.
+fn link(change: &Transaction<'_>, id: i64, visit_id: i64) -> Result<(), StoreError> {
+    change.execute(
+        "UPDATE visit SET alarm_id = ?2 WHERE id = ?1",
+        params![visit_id, id],
     )?;
     Ok(())
 }

@@ -53,11 +53,13 @@ impl Store {
         text: &str,
         stamp: &Stamp,
     ) -> Result<(), StoreError> {
-        self.db.execute(
-            "INSERT INTO event (at, boot_id, level, device, text) VALUES (?1, ?2, ?3, ?4, ?5)",
-            params![stamp.text(), stamp.boot_id, level.word(), device, text],
-        )?;
-        Ok(())
+        self.change(|change| {
+            change.execute(
+                "INSERT INTO event (at, boot_id, level, device, text) VALUES (?1, ?2, ?3, ?4, ?5)",
+                params![stamp.text(), stamp.boot_id, level.word(), device, text],
+            )?;
+            Ok(())
+        })
     }
 
     /// The newest events, newest first.
@@ -65,18 +67,20 @@ impl Store {
     /// # Errors
     /// The database refuses.
     pub fn events(&self, limit: u32) -> Result<Vec<EventRow>, StoreError> {
-        let mut query = self
-            .db
-            .prepare("SELECT id, at, level, device, text FROM event ORDER BY id DESC LIMIT ?1")?;
-        let rows = query.query_map([limit], |row| {
-            Ok(EventRow {
-                id: row.get(0)?,
-                at: row.get(1)?,
-                level: row.get(2)?,
-                device: row.get(3)?,
-                text: row.get(4)?,
-            })
-        })?;
-        Ok(rows.collect::<Result<_, _>>()?)
+        self.read(|db| {
+            let mut query = db.prepare(
+                "SELECT id, at, level, device, text FROM event ORDER BY id DESC LIMIT ?1",
+            )?;
+            let rows = query.query_map([limit], |row| {
+                Ok(EventRow {
+                    id: row.get(0)?,
+                    at: row.get(1)?,
+                    level: row.get(2)?,
+                    device: row.get(3)?,
+                    text: row.get(4)?,
+                })
+            })?;
+            Ok(rows.collect::<Result<_, _>>()?)
+        })
     }
 }

@@ -7,6 +7,15 @@ use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+use std::process;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What ends the name of a file that is still being written.
+const ASIDE: &str = ".tmp";
+/// Files that this run of the program has written aside.
+static ASIDES: AtomicU64 = AtomicU64::new(0);
+/// Hexadecimal digits of a SHA-256.
+const HASH_DIGITS: usize = 64;
 
 /// The folder of content-named files.
 #[derive(Debug, Clone)]
@@ -40,14 +49,17 @@ impl Files {
         let name = hex(&Sha256::digest(bytes));
         let path = self.dir.join(&name);
         let write = || -> io::Result<()> {
-            if path.is_file() {
-                return Ok(());
+            if !path.is_file() {
+                // Two writers may keep the same content at once, each aside under a name of its own.
+                let nth = ASIDES.fetch_add(1, Ordering::Relaxed);
+                let own = format!("{name}.{}.{nth}{ASIDE}", process::id());
+                let aside = self.dir.join(own);
+                let mut file = File::create(&aside)?;
+                file.write_all(bytes)?;
+                file.sync_all()?;
+                fs::rename(&aside, &path)?;
             }
-            let aside = self.dir.join(format!("{name}.tmp"));
-            let mut file = File::create(&aside)?;
-            file.write_all(bytes)?;
-            file.sync_all()?;
-            fs::rename(&aside, &path)?;
+            // Also where it is there already: a stop may have come between its renaming and this.
             File::open(&self.dir)?.sync_all()
         };
         write().map_err(|e| self.error(&path, e))?;
@@ -84,6 +96,30 @@ impl Files {
             Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(0),
             Err(e) => Err(self.error(&path, e)),
         }
+    }
+
+    /// Names of all files of ours that are there, half-written ones too.
+    ///
+    /// # Errors
+    /// The folder cannot be read.
+    pub fn names(&self) -> Result<Vec<String>, StoreError> {
+        let read = || -> io::Result<Vec<String>> {
+            let mut names = Vec::new();
+            for entry in fs::read_dir(&self.dir)? {
+                let name = entry?.file_name().to_string_lossy().into_owned();
+                let (hash, rest) = name.split_at_checked(HASH_DIGITS).unwrap_or((&name, ""));
+                let of_ours = rest.is_empty() || rest.ends_with(ASIDE);
+                if of_ours
+                    && hash.len() == HASH_DIGITS
+                    && hash.bytes().all(|b| b.is_ascii_hexdigit())
+                {
+                    names.push(name);
+                }
+            }
+            names.sort();
+            Ok(names)
+        };
+        read().map_err(|e| self.error(&self.dir, e))
     }
 
     /// Size of the file called `name` in bytes, 0 if it is gone.

@@ -2,8 +2,9 @@
 
 use super::error::StoreError;
 use super::files::Files;
-use rusqlite::{Connection, ErrorCode, OpenFlags};
+use rusqlite::{Connection, OpenFlags, Transaction, TransactionBehavior};
 use rusqlite_migration::{M, MigrationDefinitionError, Migrations};
+use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -36,7 +37,8 @@ pub(super) fn time_text(at: jiff::Timestamp) -> String {
 /// The open store.
 #[derive(Debug)]
 pub struct Store {
-    pub(super) db: Connection,
+    db: Connection,
+    path: PathBuf,
     pub(super) files: Files,
 }
 
@@ -49,37 +51,43 @@ impl Store {
     pub fn open(dir: &Path) -> Result<Self, StoreError> {
         let files = Files::create(dir)?;
         let path = database_path(dir);
-        let named = |error| opening_error(error, &path);
-        let mut db = Connection::open(&path).map_err(named)?;
-        db.busy_timeout(BUSY_TIMEOUT)?;
-        check_owner(&db, &path)?;
-        db.pragma_update(None, "journal_mode", "WAL")
-            .map_err(named)?;
-        db.pragma_update(None, "synchronous", "FULL")?;
-        db.pragma_update(None, "foreign_keys", "ON")?;
-        migrations()
-            .to_latest(&mut db)
-            .map_err(|e| migration_error(e, &path))?;
-        db.pragma_update(None, "application_id", APPLICATION_ID)?;
-        Ok(Self { db, files })
+        let opened = || -> Result<Connection, StoreError> {
+            let mut db = Connection::open(&path)?;
+            db.busy_timeout(BUSY_TIMEOUT)?;
+            check_owner(&db, &path)?;
+            db.pragma_update(None, "journal_mode", "WAL")?;
+            db.pragma_update(None, "synchronous", "FULL")?;
+            db.pragma_update(None, "foreign_keys", "ON")?;
+            migrations()
+                .to_latest(&mut db)
+                .map_err(|e| migration_error(e, &path))?;
+            Ok(db)
+        };
+        let db = opened().map_err(|error| error.in_database(&path))?;
+        Ok(Self { db, path, files })
     }
 
     /// Opens an existing store for reading, whether or not the service runs.
     ///
     /// # Errors
-    /// There is none, it is another program's or newer.
+    /// There is none, it is another program's, newer, or older (a reader changes nothing).
     pub fn open_for_reading(dir: &Path) -> Result<Self, StoreError> {
         let path = Self::existing(dir)?;
-        let db = Connection::open_with_flags(&path, OpenFlags::SQLITE_OPEN_READ_ONLY)
-            .map_err(|error| opening_error(error, &path))?;
-        db.busy_timeout(BUSY_TIMEOUT)?;
-        check_owner(&db, &path)?;
-        let version: i64 = db.pragma_query_value(None, "user_version", |row| row.get(0))?;
-        if version > MIGRATIONS.len() as i64 {
-            return Err(StoreError::Newer { path });
-        }
+        let opened = || -> Result<Connection, StoreError> {
+            let db = Connection::open_with_flags(&path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+            db.busy_timeout(BUSY_TIMEOUT)?;
+            check_owner(&db, &path)?;
+            let version: i64 = db.pragma_query_value(None, "user_version", |row| row.get(0))?;
+            let path = path.clone();
+            match version.cmp(&(MIGRATIONS.len() as i64)) {
+                Ordering::Less => Err(StoreError::Older { path }),
+                Ordering::Equal => Ok(db),
+                Ordering::Greater => Err(StoreError::Newer { path }),
+            }
+        };
+        let db = opened().map_err(|error| error.in_database(&path))?;
         let files = Files::at(dir);
-        Ok(Self { db, files })
+        Ok(Self { db, path, files })
     }
 
     /// Opens an existing store for reading and writing; makes none.
@@ -99,6 +107,31 @@ impl Store {
             Err(StoreError::NoDatabase { path })
         }
     }
+
+    /// Asks the database; a failure names it.
+    pub(super) fn read<T>(
+        &self,
+        ask: impl FnOnce(&Connection) -> Result<T, StoreError>,
+    ) -> Result<T, StoreError> {
+        ask(&self.db).map_err(|error| error.in_database(&self.path))
+    }
+
+    /// Changes the database in one transaction, all of it or nothing. It is the writer from its first statement
+    /// on: one that read first could find that another had written since, and would be refused.
+    pub(super) fn change<T>(
+        &mut self,
+        make: impl FnOnce(&Transaction<'_>) -> Result<T, StoreError>,
+    ) -> Result<T, StoreError> {
+        let made = || {
+            let change = self
+                .db
+                .transaction_with_behavior(TransactionBehavior::Immediate)?;
+            let done = make(&change)?;
+            change.commit()?;
+            Ok(done)
+        };
+        made().map_err(|error: StoreError| error.in_database(&self.path))
+    }
 }
 
 fn database_path(dir: &Path) -> PathBuf {
@@ -112,42 +145,23 @@ fn migrations() -> Migrations<'static> {
 }
 
 fn migration_error(error: rusqlite_migration::Error, path: &Path) -> StoreError {
+    let path = path.to_owned();
     match error {
         rusqlite_migration::Error::MigrationDefinition(
             MigrationDefinitionError::DatabaseTooFarAhead,
-        ) => StoreError::Newer {
-            path: path.to_owned(),
-        },
-        other => StoreError::Migration(other),
+        ) => StoreError::Newer { path },
+        source => StoreError::Migration { path, source },
     }
 }
 
-/// What SQLite says while it opens a file, with the file.
-fn opening_error(error: rusqlite::Error, path: &Path) -> StoreError {
-    let path = path.to_owned();
-    match error.sqlite_error_code() {
-        Some(ErrorCode::NotADatabase | ErrorCode::DatabaseCorrupt) => StoreError::Damaged {
-            path,
-            source: error,
-        },
-        Some(ErrorCode::CannotOpen | ErrorCode::ReadOnly | ErrorCode::PermissionDenied) => {
-            StoreError::File {
-                path,
-                source: std::io::Error::other(error),
-            }
-        }
-        _ => error.into(),
-    }
-}
-
+/// Whether the database is ours or still empty; both figures in one statement, lest another program make it
+/// ours between them.
 fn check_owner(db: &Connection, path: &Path) -> Result<(), StoreError> {
-    let named = |error| opening_error(error, path);
-    let got: i32 = db
-        .pragma_query_value(None, "application_id", |row| row.get(0))
-        .map_err(named)?;
-    let tables: i64 = db
-        .query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))
-        .map_err(named)?;
+    let (got, tables): (i32, i64) = db.query_row(
+        "SELECT application_id, (SELECT count(*) FROM sqlite_schema) FROM pragma_application_id",
+        [],
+        |row| Ok((row.get(0)?, row.get(1)?)),
+    )?;
     if got == APPLICATION_ID || (got == 0 && tables == 0) {
         return Ok(());
     }
@@ -157,7 +171,7 @@ fn check_owner(db: &Connection, path: &Path) -> Result<(), StoreError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Store, migrations};
+    use super::{APPLICATION_ID, Store, migrations};
     use crate::store::StoreError;
     use rusqlite::Connection;
 
@@ -200,5 +214,57 @@ mod tests {
         ));
         let reading = Store::open_for_reading(dir.path());
         assert!(matches!(reading, Err(StoreError::Newer { .. })));
+    }
+
+    #[test]
+    fn a_stop_right_after_the_migration_leaves_a_database_of_ours() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let mut db = Connection::open(dir.path().join("patrold.db")).expect("database");
+        migrations().to_latest(&mut db).expect("migrated");
+        let id: i32 = db
+            .pragma_query_value(None, "application_id", |row| row.get(0))
+            .expect("id");
+        assert_eq!(id, APPLICATION_ID);
+        drop(db);
+        drop(Store::open(dir.path()).expect("ours"));
+    }
+
+    #[test]
+    fn a_reader_sends_an_older_database_to_the_service() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        drop(Store::open(dir.path()).expect("store"));
+        let db = Connection::open(dir.path().join("patrold.db")).expect("opens");
+        db.pragma_update(None, "user_version", 0).expect("set");
+        let reading = Store::open_for_reading(dir.path()).expect_err("older");
+        assert!(matches!(reading, StoreError::Older { .. }), "{reading}");
+        assert!(reading.to_string().contains("patrold run"), "{reading}");
+    }
+
+    #[test]
+    fn a_change_waits_for_another_writer_and_builds_on_what_it_wrote() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let mut store = Store::open(dir.path()).expect("store");
+        let other = Connection::open(dir.path().join("patrold.db")).expect("another");
+        let rows = "SELECT count(*) FROM waypoint";
+        store
+            .change(|change| {
+                let before: i64 = change.query_row(rows, [], |row| row.get(0))?;
+                other.busy_timeout(std::time::Duration::ZERO)?;
+                let refused = other.execute(
+                    "INSERT INTO waypoint (name, created_at) VALUES ('b', '')",
+                    [],
+                );
+                assert!(
+                    refused.is_err(),
+                    "no one writes between reading and writing"
+                );
+                change.execute(
+                    "INSERT INTO waypoint (name, created_at) VALUES ('a', '')",
+                    [],
+                )?;
+                assert_eq!(before, 0);
+                Ok(())
+            })
+            .expect("changed");
     }
 }

@@ -9,8 +9,10 @@ mod events;
 mod files;
 mod handle;
 mod mixture_blob;
+mod novelties;
 mod references;
 mod retention;
+mod sweeps;
 mod visits;
 mod waypoints;
 
@@ -20,5 +22,6 @@ pub use events::{EventRow, Level};
 pub use handle::{Stamp, Store};
 pub use references::{NewReference, ReferenceRow, StoredReference};
 pub use retention::{Retention, Swept};
-pub use visits::{NewVisit, Recorded, StoredVisit, SweepRecord};
+pub use sweeps::SweepRecord;
+pub use visits::{NewVisit, Recorded, StoredVisit};
 pub use waypoints::{WaypointDetail, WaypointRow};

@@ -2,12 +2,12 @@
 
 use super::error::StoreError;
 use super::handle::{Stamp, Store};
-use super::visits::{SweepRecord, insert_sweep};
+use super::sweeps::{SweepFiles, SweepRecord, insert_sweep};
 use super::waypoints::{find_waypoint, known_waypoint};
 use super::{cloud_blob, mixture_blob};
 use crate::geometry::View;
 use crate::mixture::Mixture;
-use rusqlite::{OptionalExtension, params};
+use rusqlite::{Connection, OptionalExtension, Transaction, params};
 use serde::Serialize;
 
 /// A reference to be kept.
@@ -15,10 +15,14 @@ use serde::Serialize;
 pub struct NewReference<'a> {
     /// The waypoint's name; made where it is new.
     pub waypoint: &'a str,
-    /// The sweep it was made from.
+    /// The sweep it was made from; its view must be there.
     pub sweep: SweepRecord<'a>,
     /// Its mixture.
     pub mixture: &'a Mixture,
+    /// Engine settings that made the mixture, as JSON.
+    pub engine: &'a str,
+    /// Seed of the engine.
+    pub seed: u64,
 }
 
 /// One version of a waypoint's reference.
@@ -45,6 +49,10 @@ pub struct StoredReference {
     pub view: View,
     /// Its mixture.
     pub mixture: Mixture,
+    /// Engine settings that made the mixture, as JSON.
+    pub engine: String,
+    /// Seed of the engine.
+    pub seed: u64,
 }
 
 impl Store {
@@ -52,43 +60,16 @@ impl Store {
     /// old one. Gives the version.
     ///
     /// # Errors
-    /// The disk or the database refuses; nothing was changed then.
+    /// The sweep has no view, or the disk or the database refuses; nothing was changed then.
     pub fn teach(&mut self, new: &NewReference<'_>, stamp: &Stamp) -> Result<i64, StoreError> {
+        if new.sweep.view.is_none() {
+            return Err(StoreError::NotKept {
+                what: format!("the reference of {}", new.waypoint),
+                why: "its sweep could not be assembled; teach it again",
+            });
+        }
         let files = new.sweep.write_files(&self.files)?;
-        let at = stamp.text();
-        let change = self.db.transaction()?;
-        let waypoint = match find_waypoint(&change, new.waypoint)? {
-            Some(id) => id,
-            None => {
-                change.execute(
-                    "INSERT INTO waypoint (name, created_at) VALUES (?1, ?2)",
-                    params![new.waypoint, at],
-                )?;
-                change.last_insert_rowid()
-            }
-        };
-        let sweep = insert_sweep(&change, waypoint, &new.sweep, &files, stamp)?;
-        let version: i64 = change.query_row(
-            "SELECT coalesce(max(version), 0) + 1 FROM reference WHERE waypoint_id = ?1",
-            [waypoint],
-            |row| row.get(0),
-        )?;
-        change.execute(
-            "INSERT INTO reference (waypoint_id, version, sweep_id, taken_at, boot_id, components, mixture)
-             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
-            params![
-                waypoint,
-                version,
-                sweep,
-                at,
-                stamp.boot_id,
-                new.mixture.len() as i64,
-                mixture_blob::encode(new.mixture)
-            ],
-        )?;
-        super::alarms::clear_standing(&change, waypoint, &at, "reference taught anew")?;
-        change.commit()?;
-        Ok(version)
+        self.change(|change| insert_reference(change, new, &files, stamp))
     }
 
     /// The reference in use at a waypoint.
@@ -96,54 +77,118 @@ impl Store {
     /// # Errors
     /// Unknown waypoint, no reference, or a damaged file.
     pub fn reference(&self, waypoint: &str) -> Result<StoredReference, StoreError> {
-        let id = known_waypoint(&self.db, waypoint)?;
-        let newest: Option<i64> = self
-            .db
-            .query_row(
-                "SELECT id FROM reference WHERE waypoint_id = ?1 ORDER BY version DESC LIMIT 1",
-                [id],
-                |row| row.get(0),
-            )
-            .optional()?;
-        let missing = || StoreError::NoReference {
-            name: waypoint.to_owned(),
-        };
-        self.reference_by_id(newest.ok_or_else(missing)?)
+        let id = self.read(|db| {
+            let newest = newest_reference(db, known_waypoint(db, waypoint)?)?;
+            newest.ok_or_else(|| StoreError::NoReference {
+                name: waypoint.to_owned(),
+            })
+        })?;
+        self.reference_by_id(id)
     }
 
     /// The reference with this sequence number, in use or not.
     ///
     /// # Errors
-    /// No such row, or a damaged file.
+    /// No such row, its sweep is not kept any more, or a damaged file.
     pub fn reference_by_id(&self, id: i64) -> Result<StoredReference, StoreError> {
-        let (version, mixture, file): (i64, Vec<u8>, String) = self.db.query_row(
-            "SELECT r.version, r.mixture, s.view_file
-             FROM reference r JOIN sweep s ON s.id = r.sweep_id WHERE r.id = ?1",
-            [id],
-            |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?)),
-        )?;
+        type Row = (i64, Vec<u8>, String, i64, Option<String>);
+        let found: Option<Row> = self.read(|db| {
+            let row = db.query_row(
+                "SELECT r.version, r.mixture, r.engine, r.seed, s.view_file
+                 FROM reference r JOIN sweep s ON s.id = r.sweep_id WHERE r.id = ?1",
+                [id],
+                |row| row.try_into(),
+            );
+            Ok(row.optional()?)
+        })?;
+        let gone = |why| StoreError::NotKept {
+            what: format!("reference {id}"),
+            why,
+        };
+        let (version, mixture, engine, seed, file) = found.ok_or_else(|| gone("no such row"))?;
+        let file = file.ok_or_else(|| gone("its waypoint was forgotten, and retention took it"))?;
         Ok(StoredReference {
             id,
             version,
             view: cloud_blob::decode(&file, &self.files.get(&file)?)?,
             mixture: mixture_blob::decode(&mixture)?,
+            engine,
+            seed: seed as u64,
         })
     }
+}
 
-    pub(super) fn references(&self, waypoint_id: i64) -> Result<Vec<ReferenceRow>, StoreError> {
-        let mut query = self.db.prepare(
-            "SELECT r.version, r.taken_at, s.points, r.components
-             FROM reference r JOIN sweep s ON s.id = r.sweep_id
-             WHERE r.waypoint_id = ?1 ORDER BY r.version DESC",
-        )?;
-        let rows = query.query_map([waypoint_id], |row| {
-            Ok(ReferenceRow {
-                version: row.get(0)?,
-                taken_at: row.get(1)?,
-                points: row.get(2)?,
-                components: row.get(3)?,
-            })
-        })?;
-        Ok(rows.collect::<Result<_, _>>()?)
-    }
+fn insert_reference(
+    change: &Transaction<'_>,
+    new: &NewReference<'_>,
+    files: &SweepFiles,
+    stamp: &Stamp,
+) -> Result<i64, StoreError> {
+    let at = stamp.text();
+    let waypoint = match find_waypoint(change, new.waypoint)? {
+        Some(id) => id,
+        None => {
+            change.execute(
+                "INSERT INTO waypoint (name, created_at) VALUES (?1, ?2)",
+                params![new.waypoint, at],
+            )?;
+            change.last_insert_rowid()
+        }
+    };
+    let sweep = insert_sweep(change, waypoint, &new.sweep, files, stamp)?;
+    // Versions go on where a forgotten waypoint of the same name stopped: NAME/VERSION names one frame for good.
+    let version: i64 = change.query_row(
+        "SELECT coalesce(max(version), 0) + 1 FROM reference r JOIN waypoint w ON w.id = r.waypoint_id
+         WHERE w.name = ?1",
+        [new.waypoint],
+        |row| row.get(0),
+    )?;
+    change.execute(
+        "INSERT INTO reference (waypoint_id, version, sweep_id, taken_at, boot_id, components, seed, engine, mixture)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
+        params![
+            waypoint,
+            version,
+            sweep,
+            at,
+            stamp.boot_id,
+            new.mixture.len() as i64,
+            new.seed as i64,
+            new.engine,
+            mixture_blob::encode(new.mixture)
+        ],
+    )?;
+    super::alarms::clear_standing(change, waypoint, &at, "reference taught anew")?;
+    Ok(version)
+}
+
+/// Sequence number of the reference in use.
+pub(super) fn newest_reference(db: &Connection, waypoint_id: i64) -> rusqlite::Result<Option<i64>> {
+    db.query_row(
+        "SELECT id FROM reference WHERE waypoint_id = ?1 ORDER BY version DESC LIMIT 1",
+        [waypoint_id],
+        |row| row.get(0),
+    )
+    .optional()
+}
+
+/// Every version of a waypoint's reference, newest first.
+pub(super) fn references_of(
+    db: &Connection,
+    waypoint_id: i64,
+) -> Result<Vec<ReferenceRow>, StoreError> {
+    let mut query = db.prepare(
+        "SELECT r.version, r.taken_at, s.points, r.components
+         FROM reference r JOIN sweep s ON s.id = r.sweep_id
+         WHERE r.waypoint_id = ?1 ORDER BY r.version DESC",
+    )?;
+    let rows = query.query_map([waypoint_id], |row| {
+        Ok(ReferenceRow {
+            version: row.get(0)?,
+            taken_at: row.get(1)?,
+            points: row.get(2)?,
+            components: row.get(3)?,
+        })
+    })?;
+    Ok(rows.collect::<Result<_, _>>()?)
 }

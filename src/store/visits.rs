@@ -1,33 +1,17 @@
 //! Visits: what was swept, judged and decided, in one transaction, on disk before anyone is told.
 
 use super::error::StoreError;
-use super::files::Files;
 use super::handle::{Stamp, Store};
+use super::novelties::{finite, insert_novelties, sighting};
+use super::references::newest_reference;
+use super::sweeps::{SweepRecord, insert_sweep};
 use super::waypoints::known_waypoint;
 use super::{alarms, cloud_blob};
 use crate::alarm::{Decision, Sighting, decide};
 use crate::geometry::View;
-use crate::novelty::{Kind, Verdict};
+use crate::novelty::Verdict;
 use crate::patrol::NoveltyRecord;
-use nalgebra::Point3;
-use rusqlite::{OptionalExtension, Transaction, TransactionBehavior, params};
-
-/// A sweep to be kept.
-#[derive(Debug)]
-pub struct SweepRecord<'a> {
-    /// What was seen.
-    pub view: &'a View,
-    /// Raw data: ranges, stamps, polls (bytes of the sweep room's own form).
-    pub raw: Option<&'a [u8]>,
-    /// Quality figures, as JSON.
-    pub quality: &'a str,
-}
-
-/// Names of the two files of a sweep.
-pub(super) struct SweepFiles {
-    view: String,
-    raw: Option<String>,
-}
+use rusqlite::{OptionalExtension, Row, Transaction, params};
 
 /// A visit to be kept.
 #[derive(Debug)]
@@ -69,6 +53,9 @@ pub struct Recorded {
     pub folded: Option<i64>,
     /// Alarms that this visit cleared.
     pub cleared: Vec<i64>,
+    /// Whether the reference it was compared with was in use no more, taught anew or forgotten while the
+    /// comparison ran: such a visit is on record and touches no alarm.
+    pub outdated: bool,
 }
 
 /// A visit read back for another judgement.
@@ -76,50 +63,24 @@ pub struct Recorded {
 pub struct StoredVisit {
     /// The waypoint's name.
     pub waypoint: String,
-    /// The reference it was compared with.
-    pub reference_id: i64,
-    /// What was seen.
-    pub view: View,
+    /// The reference it was compared with, if there was one.
+    pub reference_id: Option<i64>,
+    /// What was seen; `None` where the raw data could not be assembled.
+    pub view: Option<View>,
+    /// Raw data, in the sweep room's form.
+    pub raw: Option<Vec<u8>>,
+    /// Quality figures of the sweep, as JSON.
+    pub quality: String,
     /// The stored verdict's word.
     pub verdict: String,
     /// The stored distance.
     pub d_gmm: Option<f64>,
     /// The threshold then in force.
-    pub u_th: f64,
+    pub u_th: Option<f64>,
     /// The seed.
     pub seed: u64,
-}
-
-impl SweepRecord<'_> {
-    pub(super) fn write_files(&self, files: &Files) -> Result<SweepFiles, StoreError> {
-        Ok(SweepFiles {
-            view: files.put(&cloud_blob::encode(self.view))?,
-            raw: self.raw.map(|raw| files.put(raw)).transpose()?,
-        })
-    }
-}
-
-pub(super) fn insert_sweep(
-    change: &Transaction<'_>,
-    waypoint_id: i64,
-    sweep: &SweepRecord<'_>,
-    files: &SweepFiles,
-    stamp: &Stamp,
-) -> Result<i64, StoreError> {
-    change.execute(
-        "INSERT INTO sweep (waypoint_id, taken_at, boot_id, points, view_file, raw_file, quality)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
-        params![
-            waypoint_id,
-            stamp.text(),
-            stamp.boot_id,
-            sweep.view.points.len() as i64,
-            files.view,
-            files.raw,
-            sweep.quality
-        ],
-    )?;
-    Ok(change.last_insert_rowid())
+    /// The engine settings then in force, as JSON.
+    pub engine: String,
 }
 
 impl Store {
@@ -132,67 +93,104 @@ impl Store {
         visit: &NewVisit<'_>,
         stamp: &Stamp,
     ) -> Result<Recorded, StoreError> {
-        let waypoint = known_waypoint(&self.db, visit.waypoint)?;
         let files = visit
             .sweep
             .as_ref()
             .map(|sweep| sweep.write_files(&self.files))
             .transpose()?;
-        let change = self
-            .db
-            .transaction_with_behavior(TransactionBehavior::Immediate)?;
-        let sweep_id = match (&visit.sweep, &files) {
-            (Some(sweep), Some(files)) => {
-                Some(insert_sweep(&change, waypoint, sweep, files, stamp)?)
+        self.change(|change| {
+            let (waypoint, outdated) = place_of(change, visit)?;
+            let sweep_id = match (&visit.sweep, &files) {
+                (Some(sweep), Some(files)) => {
+                    Some(insert_sweep(change, waypoint, sweep, files, stamp)?)
+                }
+                _ => None,
+            };
+            let visit_id = insert_visit(change, waypoint, sweep_id, visit, stamp)?;
+            insert_novelties(change, visit_id, visit.novelties)?;
+            let mut recorded = Recorded {
+                visit_id,
+                raised: None,
+                folded: None,
+                cleared: Vec::new(),
+                outdated,
+            };
+            if !outdated {
+                settle(change, waypoint, visit, stamp, &mut recorded)?;
             }
-            _ => None,
-        };
-        let visit_id = insert_visit(&change, waypoint, sweep_id, visit, stamp)?;
-        insert_novelties(&change, visit_id, visit.novelties)?;
-        let recorded = settle(&change, waypoint, visit_id, visit, stamp)?;
-        change.commit()?;
-        Ok(recorded)
+            Ok(recorded)
+        })
     }
 
     /// Reads a visit back with its sweep, to be judged again.
     ///
     /// # Errors
-    /// No such visit, its sweep was not kept, or a file is damaged.
+    /// No such visit, its sweep is not kept, or a file is damaged.
     pub fn visit(&self, id: i64) -> Result<StoredVisit, StoreError> {
-        let row = self
-            .db
-            .query_row(
-                "SELECT w.name, v.reference_id, s.view_file, v.verdict, v.d_gmm, v.u_th, v.seed
+        let (mut visit, files) = self.read(|db| {
+            let row = db.query_row(
+                "SELECT w.name, v.reference_id, v.verdict, v.d_gmm, v.u_th, v.seed, v.engine,
+                        coalesce(s.quality, 'null'), s.view_file, s.raw_file
                  FROM visit v JOIN waypoint w ON w.id = v.waypoint_id
-                 JOIN sweep s ON s.id = v.sweep_id
-                 WHERE v.id = ?1 AND v.reference_id IS NOT NULL AND s.view_file IS NOT NULL",
+                 LEFT JOIN sweep s ON s.id = v.sweep_id
+                 WHERE v.id = ?1",
                 [id],
                 |row| {
-                    let file: String = row.get(2)?;
-                    Ok((
-                        file,
-                        row.get(0)?,
-                        row.get(1)?,
-                        row.get(3)?,
-                        row.get(4)?,
-                        row.get(5)?,
-                        row.get::<_, i64>(6)?,
-                    ))
+                    let files: [Option<String>; 2] = [row.get(8)?, row.get(9)?];
+                    Ok((read_visit(row)?, files))
                 },
-            )
-            .optional()?;
-        let (file, waypoint, reference_id, verdict, d_gmm, u_th, seed) =
-            row.ok_or(StoreError::UnknownVisit(id))?;
-        Ok(StoredVisit {
-            waypoint,
-            reference_id,
-            view: cloud_blob::decode(&file, &self.files.get(&file)?)?,
-            verdict,
-            d_gmm,
-            u_th,
-            seed: seed as u64,
-        })
+            );
+            row.optional()?.ok_or(StoreError::UnknownVisit(id))
+        })?;
+        if files.iter().all(Option::is_none) {
+            return Err(StoreError::NotKept {
+                what: format!("the sweep of visit {id}"),
+                why: "none was taken, or retention took it (store.keep_days, store.keep_gib)",
+            });
+        }
+        let [view, raw] = files;
+        if let Some(file) = view {
+            visit.view = Some(cloud_blob::decode(&file, &self.files.get(&file)?)?);
+        }
+        visit.raw = raw.map(|file| self.files.get(&file)).transpose()?;
+        Ok(visit)
     }
+}
+
+fn read_visit(row: &Row<'_>) -> rusqlite::Result<StoredVisit> {
+    Ok(StoredVisit {
+        waypoint: row.get(0)?,
+        reference_id: row.get(1)?,
+        view: None,
+        raw: None,
+        quality: row.get(7)?,
+        verdict: row.get(2)?,
+        d_gmm: row.get(3)?,
+        u_th: row.get(4)?,
+        seed: row.get::<_, i64>(5)? as u64,
+        engine: row.get(6)?,
+    })
+}
+
+/// The waypoint that a visit belongs to, and whether its reference is no longer the one in use there.
+fn place_of(change: &Transaction<'_>, visit: &NewVisit<'_>) -> Result<(i64, bool), StoreError> {
+    let Some(reference) = visit.reference_id else {
+        return Ok((known_waypoint(change, visit.waypoint)?, false));
+    };
+    let of_reference = change
+        .query_row(
+            "SELECT w.id, w.forgotten_at IS NOT NULL
+             FROM reference r JOIN waypoint w ON w.id = r.waypoint_id WHERE r.id = ?1",
+            [reference],
+            |row| row.try_into(),
+        )
+        .optional()?;
+    let (waypoint, forgotten): (i64, bool) = of_reference.ok_or_else(|| StoreError::NotKept {
+        what: format!("reference {reference}"),
+        why: "no such row",
+    })?;
+    let newest = newest_reference(change, waypoint)?;
+    Ok((waypoint, forgotten || newest != Some(reference)))
 }
 
 fn insert_visit(
@@ -214,8 +212,8 @@ fn insert_visit(
             stamp.boot_id,
             visit.verdict.word(),
             visit.reason,
-            visit.d_gmm,
-            visit.u_th,
+            visit.d_gmm.and_then(finite),
+            finite(visit.u_th),
             visit.seed as i64,
             visit.engine,
             visit.report
@@ -224,67 +222,16 @@ fn insert_visit(
     Ok(change.last_insert_rowid())
 }
 
-fn insert_novelties(
-    change: &Transaction<'_>,
-    visit_id: i64,
-    novelties: &[NoveltyRecord],
-) -> Result<(), StoreError> {
-    for (position, novelty) in novelties.iter().enumerate() {
-        let record = serde_json::to_string(novelty).map_err(|source| StoreError::Record {
-            what: "novelty",
-            source,
-        })?;
-        change.execute(
-            "INSERT INTO novelty (visit_id, position, kind, x_m, y_m, z_m, points, mass, contribution, record)
-             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
-            params![
-                visit_id,
-                position as i64,
-                novelty.kind,
-                novelty.centre[0],
-                novelty.centre[1],
-                novelty.centre[2],
-                novelty.points as i64,
-                novelty.mass,
-                novelty.contribution,
-                record
-            ],
-        )?;
-        if let Some(shape) = &novelty.shape {
-            let novelty_id = change.last_insert_rowid();
-            change.execute(
-                "INSERT INTO shape (novelty_id, class, method, probability, size_x_m, size_y_m, size_z_m)
-                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
-                params![
-                    novelty_id,
-                    shape.class,
-                    shape.method,
-                    shape.probability,
-                    shape.size[0],
-                    shape.size[1],
-                    shape.size[2]
-                ],
-            )?;
-        }
-    }
-    Ok(())
-}
-
 fn settle(
     change: &Transaction<'_>,
     waypoint_id: i64,
-    visit_id: i64,
     visit: &NewVisit<'_>,
     stamp: &Stamp,
-) -> Result<Recorded, StoreError> {
+    recorded: &mut Recorded,
+) -> Result<(), StoreError> {
+    let visit_id = recorded.visit_id;
     let seen: Vec<Sighting> = visit.novelties.iter().map(sighting).collect();
     let standing = alarms::standing(change, waypoint_id)?;
-    let mut recorded = Recorded {
-        visit_id,
-        raised: None,
-        folded: None,
-        cleared: Vec::new(),
-    };
     for decision in decide(visit.verdict, &seen, &standing, visit.same_place_m) {
         match decision {
             Decision::Raise => {
@@ -300,16 +247,5 @@ fn settle(
             }
         }
     }
-    Ok(recorded)
-}
-
-/// What the alarm rule needs of a stored novelty.
-pub(super) fn sighting(novelty: &NoveltyRecord) -> Sighting {
-    let kind = if novelty.kind == "disappeared" {
-        Kind::Disappeared
-    } else {
-        Kind::Appeared
-    };
-    let centre = Point3::from(novelty.centre);
-    Sighting { kind, centre }
+    Ok(())
 }

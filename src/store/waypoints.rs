@@ -2,7 +2,7 @@
 
 use super::error::StoreError;
 use super::handle::{Stamp, Store};
-use super::references::ReferenceRow;
+use super::references::{ReferenceRow, references_of};
 use rusqlite::{Connection, OptionalExtension, params};
 use serde::Serialize;
 
@@ -53,9 +53,11 @@ impl Store {
     /// # Errors
     /// The database refuses.
     pub fn waypoints(&self) -> Result<Vec<WaypointRow>, StoreError> {
-        let mut query = self.db.prepare(&format!("{LIST} ORDER BY w.name"))?;
-        let rows = query.query_map([], read_row)?;
-        Ok(rows.collect::<Result<_, _>>()?)
+        self.read(|db| {
+            let mut query = db.prepare(&format!("{LIST} ORDER BY w.name"))?;
+            let rows = query.query_map([], read_row)?;
+            Ok(rows.collect::<Result<_, _>>()?)
+        })
     }
 
     /// One waypoint with its reference versions.
@@ -63,12 +65,12 @@ impl Store {
     /// # Errors
     /// No such waypoint.
     pub fn waypoint(&self, name: &str) -> Result<WaypointDetail, StoreError> {
-        let id = known_waypoint(&self.db, name)?;
-        let row = self
-            .db
-            .query_row(&format!("{LIST} AND w.id = ?1"), [id], read_row)?;
-        let references = self.references(id)?;
-        Ok(WaypointDetail { row, references })
+        self.read(|db| {
+            let id = known_waypoint(db, name)?;
+            let row = db.query_row(&format!("{LIST} AND w.id = ?1"), [id], read_row)?;
+            let references = references_of(db, id)?;
+            Ok(WaypointDetail { row, references })
+        })
     }
 
     /// Forgets a waypoint: it is unknown from now on and its standing alarms are cleared; the log keeps what
@@ -77,16 +79,15 @@ impl Store {
     /// # Errors
     /// No such waypoint.
     pub fn forget_waypoint(&mut self, name: &str, stamp: &Stamp) -> Result<(), StoreError> {
-        let id = known_waypoint(&self.db, name)?;
-        let change = self.db.transaction()?;
-        let at = stamp.text();
-        change.execute(
-            "UPDATE waypoint SET forgotten_at = ?2 WHERE id = ?1",
-            params![id, at],
-        )?;
-        super::alarms::clear_standing(&change, id, &at, "waypoint forgotten")?;
-        change.commit()?;
-        Ok(())
+        self.change(|change| {
+            let id = known_waypoint(change, name)?;
+            let at = stamp.text();
+            change.execute(
+                "UPDATE waypoint SET forgotten_at = ?2 WHERE id = ?1",
+                params![id, at],
+            )?;
+            super::alarms::clear_standing(change, id, &at, "waypoint forgotten")
+        })
     }
 }
 
@@ -108,18 +109,34 @@ pub(super) fn known_waypoint(db: &Connection, name: &str) -> Result<i64, StoreEr
     if let Some(id) = find_waypoint(db, name)? {
         return Ok(id);
     }
-    let mut query =
-        db.prepare("SELECT name FROM waypoint WHERE forgotten_at IS NULL ORDER BY name")?;
+    let known = names(db, "WHERE forgotten_at IS NULL")?;
+    let name = name.to_owned();
+    Err(StoreError::UnknownWaypoint { name, known })
+}
+
+/// Refuses a name that never was a waypoint's; a forgotten one is still in the log.
+pub(super) fn named_in_log(db: &Connection, name: &str) -> Result<(), StoreError> {
+    let sql = "SELECT EXISTS (SELECT 1 FROM waypoint WHERE name = ?1)";
+    if db.query_row(sql, [name], |row| row.get(0))? {
+        return Ok(());
+    }
+    let known = names(db, "")?;
+    let name = name.to_owned();
+    Err(StoreError::NotInLog { name, known })
+}
+
+/// Names of waypoints, for a message.
+fn names(db: &Connection, which: &str) -> Result<String, StoreError> {
+    let sql = format!("SELECT DISTINCT name FROM waypoint {which} ORDER BY name");
+    let mut query = db.prepare(&sql)?;
     let names: Vec<String> = query
         .query_map([], |row| row.get(0))?
         .collect::<Result<_, _>>()?;
-    let known = if names.is_empty() {
+    Ok(if names.is_empty() {
         "none yet".to_owned()
     } else {
         names.join(", ")
-    };
-    let name = name.to_owned();
-    Err(StoreError::UnknownWaypoint { name, known })
+    })
 }
 
 /// Id of a waypoint, if it is known.

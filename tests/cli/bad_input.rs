@@ -268,6 +268,11 @@ fn mixtures_that_are_none() {
             &["--tolerance"],
         ),
         (&["shapes", "good.ply", "--epsilon", "0"], 2, &["--epsilon"]),
+        (
+            &["shapes", "good.ply", "--points", "--method", "covariance"],
+            2,
+            &["--points", "--method covariance"],
+        ),
     ]);
 }
 

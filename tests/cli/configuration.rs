@@ -126,3 +126,18 @@ fn flags_win_over_the_file() {
     let flags = run(&["--u-th", "0.5", "--seed", "4"]);
     assert_eq!((&flags["u_th"], &flags["seed"]), (&json!(0.5), &json!(4)));
 }
+
+#[test]
+fn relative_paths_start_at_the_file_whoever_reads_it_from_where() {
+    let dir = folder("");
+    fs::create_dir(dir.path().join("etc")).expect("folder");
+    fs::write(dir.path().join("etc/c.toml"), "store.dir = \"store\"\n").expect("written");
+    drop(patrold::store::Store::open(&dir.path().join("etc/store")).expect("store"));
+    for (from, file) in [
+        (dir.path().to_owned(), "etc/c.toml"),
+        (dir.path().join("etc"), "c.toml"),
+    ] {
+        let ran = patrold(&from, &["waypoints", "--config", file, "--json"]);
+        assert_eq!(ran.code, 0, "{ran:?}");
+    }
+}

@@ -68,7 +68,7 @@ fn thing(x: f64) -> NoveltyRecord {
 fn teach(store: &mut Store, waypoint: &str, second: i64) {
     let view = View::bare(vec![Point3::new(1.0, 2.0, second as f64)], Point3::origin());
     let sweep = SweepRecord {
-        view: &view,
+        view: Some(&view),
         raw: None,
         quality: "{}",
     };
@@ -76,6 +76,8 @@ fn teach(store: &mut Store, waypoint: &str, second: i64) {
         waypoint,
         sweep,
         mixture: &mixture(),
+        engine: "{}",
+        seed: 7,
     };
     store.teach(&new, &stamp(second)).expect("taught");
 }
@@ -86,7 +88,7 @@ fn visit(store: &mut Store, waypoint: &str, verdict: Verdict, seen: &[NoveltyRec
         waypoint,
         reference_id: Some(store.reference(waypoint).expect("reference").id),
         sweep: Some(SweepRecord {
-            view: &view,
+            view: Some(&view),
             raw: None,
             quality: "{}",
         }),
@@ -95,7 +97,7 @@ fn visit(store: &mut Store, waypoint: &str, verdict: Verdict, seen: &[NoveltyRec
         d_gmm: Some(0.0021),
         u_th: 0.0005,
         seed: 7,
-        engine: "{}",
+        engine: r#"{"ground": "w2"}"#,
         report: "{}",
         novelties: seen,
         same_place_m: 0.5,
@@ -159,7 +161,6 @@ fn every_filter_narrows_the_list() {
             &[2],
         ),
         (&["--waypoint", "hall"], &[3, 2]),
-        (&["--waypoint", "no such place"], &[]),
         (&["--state", "open"], &[3]),
         (&["--state", "acknowledged"], &[2]),
         (&["--state", "cleared"], &[1]),
@@ -265,7 +266,7 @@ fn alarms_are_exported_as_json_lines_and_csv() {
         csv
     );
 
-    let none = run(dir.path(), &["alarms", "export", "--waypoint", "nowhere"]);
+    let none = run(dir.path(), &["alarms", "export", "--until", "2020-01-01"]);
     assert_eq!((none.code, none.out.as_str()), (0, ""), "no alarm, no line");
 }
 
@@ -313,4 +314,132 @@ fn an_empty_database_has_empty_lists() {
     let waypoints = run(dir.path(), &["waypoints", "--json"]);
     schema::check("waypoints-list", &waypoints.json());
     assert_eq!(run(dir.path(), &["alarms"]).out, "no alarms\n");
+}
+
+#[test]
+fn flags_may_stand_before_the_command_as_after_it() {
+    let dir = folder();
+    let before = patrold(
+        dir.path(),
+        &[
+            "alarms", "--config", "c.toml", "--json", "--state", "open", "list",
+        ],
+    );
+    assert_eq!(ids(&before), [3]);
+    let both = run(
+        dir.path(),
+        &[
+            "alarms",
+            "--waypoint",
+            "hall",
+            "list",
+            "--state",
+            "open",
+            "--json",
+        ],
+    );
+    assert_eq!(ids(&both), [3]);
+    let exported = patrold(
+        dir.path(),
+        &["alarms", "--config", "c.toml", "--limit", "1", "export"],
+    );
+    assert_eq!(exported.json()["id"], 3);
+    for senseless in [
+        &["alarms", "--limit", "1", "show", "3"][..],
+        &["alarms", "export", "--json", "--format", "csv"],
+    ] {
+        let ran = run(dir.path(), senseless);
+        assert_eq!((ran.code, ran.out.as_str()), (2, ""), "{senseless:?}");
+    }
+}
+
+#[test]
+fn a_waypoint_that_the_log_never_heard_of_is_an_error() {
+    let dir = folder();
+    run(dir.path(), &["waypoints", "forget", "dock"]);
+    for args in [
+        &["alarms", "--waypoint", "hal"][..],
+        &["alarms", "export", "--waypoint", "hal"],
+    ] {
+        let ran = run(dir.path(), args);
+        assert_eq!((ran.code, ran.out.as_str()), (1, ""));
+        assert!(
+            ran.err
+                .contains("unknown waypoint \"hal\"; the log knows: dock, hall"),
+            "{}",
+            ran.err
+        );
+    }
+    assert_eq!(
+        ids(&run(
+            dir.path(),
+            &["alarms", "--json", "--waypoint", "dock"]
+        )),
+        [1]
+    );
+}
+
+#[test]
+fn places_on_the_map_are_told_where_they_are_configured() {
+    let dir = folder();
+    fs::write(
+        dir.path().join("c.toml"),
+        "store.dir = \"store\"\n[waypoint.hall]\nmap_pose = [10.0, 20.0, 90.0]\n",
+    )
+    .expect("written");
+    let shown = run(dir.path(), &["alarms", "show", "3", "--json"]).json();
+    schema::check("alarm", &shown);
+    let place = |value: &Value| -> Vec<f64> {
+        let list = value.as_array().expect("a place");
+        list.iter().filter_map(Value::as_f64).collect()
+    };
+    let on_map = place(&shown["novelties"][0]["map_centre"]);
+    for (got, expected) in on_map.iter().zip([10.0, 23.0, 0.0]) {
+        assert!((got - expected).abs() < 1e-9, "{on_map:?}");
+    }
+    let elsewhere = run(dir.path(), &["alarms", "show", "1", "--json"]).json();
+    assert_eq!(elsewhere["novelties"][0].get("map_centre"), None);
+    let people = run(dir.path(), &["alarms", "show", "3"]).out;
+    assert!(
+        people.contains("on the map at 10.00, 23.00, 0.00"),
+        "{people}"
+    );
+    let csv = run(dir.path(), &["alarms", "export", "--format", "csv"]).out;
+    assert!(
+        csv.lines()
+            .next()
+            .is_some_and(|l| l.ends_with("map_x_m,map_y_m,map_z_m"))
+    );
+}
+
+#[test]
+fn a_distance_is_told_with_the_unit_of_its_ground() {
+    let dir = folder();
+    let metres = run(dir.path(), &["alarms", "show", "3"]).out;
+    assert!(
+        metres.contains("d_GMM 0.002100 m, U_th 0.000500 m:"),
+        "{metres}"
+    );
+    assert_eq!(
+        run(dir.path(), &["alarms", "show", "3", "--json"]).json()["ground"],
+        "w2"
+    );
+    let mut store = Store::open(&dir.path().join("store")).expect("store");
+    let fm = NewVisit {
+        waypoint: "dock",
+        reference_id: Some(store.reference("dock").expect("reference").id),
+        sweep: None,
+        verdict: Verdict::Changed,
+        reason: "d_GMM reaches U_th",
+        d_gmm: Some(0.0121),
+        u_th: 0.002,
+        seed: 7,
+        engine: r#"{"ground": "fm"}"#,
+        report: "{}",
+        novelties: &[thing(1.0)],
+        same_place_m: 0.5,
+    };
+    store.record_visit(&fm, &stamp(20_000)).expect("recorded");
+    let bare = run(dir.path(), &["alarms", "show", "4"]).out;
+    assert!(bare.contains("d_GMM 0.012100, U_th 0.002000:"), "{bare}");
 }

@@ -93,3 +93,64 @@ fn a_line_of_a_manifest_is_the_line_of_the_pair_alone() {
     }
     assert_eq!(from_manifest, alone);
 }
+
+#[test]
+fn a_malformed_pair_is_one_line_and_the_others_still_run() {
+    let dir = clouds::folder();
+    let pairs = [
+        json!({"name": "half", "reference": "then.ply"}),
+        json!({"reference": "then.ply"}),
+        json!(7),
+        pair("same", "then.ply", "then.ply"),
+    ];
+    let ran = run(dir.path(), &pairs);
+    assert_eq!((ran.code, ran.err.as_str()), (1, ""), "{ran:?}");
+    let lines = ran.json_lines();
+    let names: Vec<&Value> = lines.iter().map(|l| &l["name"]).collect();
+    assert_eq!(names, ["half", "1", "2", "same"]);
+    for line in &lines[..3] {
+        schema::check("compare-error", line);
+    }
+    assert!(
+        lines[0]["error"]
+            .as_str()
+            .is_some_and(|e| e.contains("current")),
+        "{}",
+        lines[0]
+    );
+    schema::check("compare", &lines[3]);
+}
+
+#[test]
+fn origins_of_the_command_line_hold_for_pairs_without_their_own() {
+    let dir = clouds::folder();
+    let mut own = pair("own", "then.ply", "again.ply");
+    own["sensor_origin"] = json!([0, 0, 0]);
+    let manifest = json!({"pairs": [pair("bare", "then.ply", "again.ply"), own]});
+    fs::write(dir.path().join("pairs.json"), manifest.to_string()).expect("written");
+    let lines = |flags: &[&str]| {
+        let args = [&["compare", "--manifest", "pairs.json"], flags].concat();
+        let mut lines = patrold(dir.path(), &args).json_lines();
+        for line in &mut lines {
+            let line = line.as_object_mut().expect("an object");
+            line.remove("timing_ms");
+            line.remove("name");
+        }
+        lines
+    };
+    let alone = |flags: &[&str]| {
+        let args = [&["compare", "then.ply", "again.ply", "--json"], flags].concat();
+        let mut line = patrold(dir.path(), &args).json();
+        let object = line.as_object_mut().expect("an object");
+        object.remove("timing_ms");
+        object.remove("name");
+        line
+    };
+    let flags = ["--sensor-origin", "0.4,0.3,0.2"];
+    let [bare, own] = &lines(&flags)[..] else {
+        panic!("two lines")
+    };
+    assert_eq!(*bare, alone(&flags));
+    assert_eq!(*own, alone(&[]));
+    assert_ne!(bare, own);
+}

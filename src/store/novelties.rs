@@ -1,0 +1,109 @@
+//! Novelties and their shapes in rows. What a visit saw is never lost to one odd figure: what is not finite is
+//! NULL, and a record that does not read gives way to the columns beside it.
+
+use super::error::StoreError;
+use crate::alarm::Sighting;
+use crate::novelty::Kind;
+use crate::patrol::{MethodsRecord, NoveltyRecord};
+use nalgebra::Point3;
+use rusqlite::{Connection, Row, Transaction, params};
+
+/// A figure as it stands in the database.
+pub(super) fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
+
+pub(super) fn insert_novelties(
+    change: &Transaction<'_>,
+    visit_id: i64,
+    novelties: &[NoveltyRecord],
+) -> Result<(), StoreError> {
+    for (position, novelty) in novelties.iter().enumerate() {
+        let record = serde_json::to_string(novelty).map_err(|source| StoreError::Record {
+            what: "novelty",
+            source,
+        })?;
+        let [x_m, y_m, z_m] = novelty.centre.map(finite);
+        change.execute(
+            "INSERT INTO novelty (visit_id, position, kind, x_m, y_m, z_m, points, mass, contribution, record)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
+            params![
+                visit_id,
+                position as i64,
+                novelty.kind,
+                x_m,
+                y_m,
+                z_m,
+                novelty.points as i64,
+                finite(novelty.mass),
+                finite(novelty.contribution),
+                record
+            ],
+        )?;
+        if let Some(shape) = &novelty.shape {
+            let novelty_id = change.last_insert_rowid();
+            let [size_x_m, size_y_m, size_z_m] = shape.size.map(finite);
+            change.execute(
+                "INSERT INTO shape (novelty_id, class, method, probability, size_x_m, size_y_m, size_z_m)
+                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+                params![
+                    novelty_id,
+                    shape.class,
+                    shape.method,
+                    finite(shape.probability),
+                    size_x_m,
+                    size_y_m,
+                    size_z_m
+                ],
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// The novelties of the visits that `which` selects, by visit and position.
+pub(super) fn novelties(
+    db: &Connection,
+    which: &str,
+    id: i64,
+) -> Result<Vec<NoveltyRecord>, StoreError> {
+    let mut query = db.prepare(&format!(
+        "SELECT record, kind, x_m, y_m, z_m, points, mass, contribution
+         FROM novelty WHERE {which} ORDER BY visit_id, position"
+    ))?;
+    let rows = query.query_map([id], |row| {
+        let record: String = row.get(0)?;
+        serde_json::from_str(&record).or_else(|_| from_columns(row))
+    })?;
+    Ok(rows.collect::<Result<_, _>>()?)
+}
+
+fn from_columns(row: &Row<'_>) -> rusqlite::Result<NoveltyRecord> {
+    let figure =
+        |at| -> rusqlite::Result<f64> { Ok(row.get::<_, Option<f64>>(at)?.unwrap_or(f64::NAN)) };
+    Ok(NoveltyRecord {
+        kind: row.get(1)?,
+        moved_from: None,
+        centre: [figure(2)?, figure(3)?, figure(4)?],
+        covariance: [[f64::NAN; 3]; 3],
+        extent: [f64::NAN; 3],
+        points: row.get::<_, i64>(5)?.try_into().unwrap_or_default(),
+        mass: figure(6)?,
+        contribution: figure(7)?,
+        support: f64::NAN,
+        shape: None,
+        shapes: MethodsRecord::default(),
+        parts: Vec::new(),
+    })
+}
+
+/// What the alarm rule needs of a stored novelty.
+pub(super) fn sighting(novelty: &NoveltyRecord) -> Sighting {
+    let kind = if novelty.kind == "disappeared" {
+        Kind::Disappeared
+    } else {
+        Kind::Appeared
+    };
+    let centre = Point3::from(novelty.centre);
+    Sighting { kind, centre }
+}

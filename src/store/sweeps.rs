@@ -1,0 +1,58 @@
+//! Sweeps: a row each, its points and raw data in files.
+
+use super::cloud_blob;
+use super::error::StoreError;
+use super::files::Files;
+use super::handle::Stamp;
+use crate::geometry::View;
+use rusqlite::{Transaction, params};
+
+/// A sweep to be kept.
+#[derive(Debug)]
+pub struct SweepRecord<'a> {
+    /// What was seen; `None` where the raw data could not be assembled.
+    pub view: Option<&'a View>,
+    /// Raw data: ranges, stamps, polls (bytes of the sweep room's own form).
+    pub raw: Option<&'a [u8]>,
+    /// Quality figures, as JSON; `null` where there are none.
+    pub quality: &'a str,
+}
+
+/// Names of the files of a sweep.
+pub(super) struct SweepFiles {
+    view: Option<String>,
+    raw: Option<String>,
+}
+
+impl SweepRecord<'_> {
+    pub(super) fn write_files(&self, files: &Files) -> Result<SweepFiles, StoreError> {
+        let put_view = |view| files.put(&cloud_blob::encode(view));
+        Ok(SweepFiles {
+            view: self.view.map(put_view).transpose()?,
+            raw: self.raw.map(|raw| files.put(raw)).transpose()?,
+        })
+    }
+}
+
+pub(super) fn insert_sweep(
+    change: &Transaction<'_>,
+    waypoint_id: i64,
+    sweep: &SweepRecord<'_>,
+    files: &SweepFiles,
+    stamp: &Stamp,
+) -> Result<i64, StoreError> {
+    change.execute(
+        "INSERT INTO sweep (waypoint_id, taken_at, boot_id, points, view_file, raw_file, quality)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+        params![
+            waypoint_id,
+            stamp.text(),
+            stamp.boot_id,
+            sweep.view.map_or(0, |view| view.points.len() as i64),
+            files.view,
+            files.raw,
+            sweep.quality
+        ],
+    )?;
+    Ok(change.last_insert_rowid())
+}

@@ -1,0 +1,151 @@
+//! `patrold rejudge`: a stored sweep gives its stored verdict, and another one under another threshold.
+
+use crate::harness::clouds;
+use crate::harness::program::patrold;
+use crate::harness::schema;
+use nalgebra::Point3;
+use patrold::config::Settings;
+use patrold::geometry::View;
+use patrold::novelty::Verdict;
+use patrold::patrol::{inspect, prepare};
+use patrold::store::{NewReference, NewVisit, Stamp, Store, SweepRecord};
+use patrold::sweep::Quality;
+use serde_json::json;
+use std::fs;
+
+fn stamp(second: i64) -> Stamp {
+    Stamp {
+        at: jiff::Timestamp::from_second(1_800_000_000 + second).expect("a time"),
+        boot_id: "boot-1".to_owned(),
+    }
+}
+
+fn quality(lines_got: usize) -> String {
+    let quality = Quality {
+        lines_expected: 100,
+        lines_got,
+        gaps: 0,
+        hit_share: 0.9,
+        no_return_share: 0.0,
+        position_residual_steps: 0.1,
+        clock_uncertainty_s: 1e-4,
+        clock_rate: 1.0,
+        frozen: false,
+    };
+    json!(quality).to_string()
+}
+
+/// Visit 1 saw a crate, visit 2 nothing new, visit 3 the crate in an incomplete sweep; visit 4 took no sweep.
+fn folder() -> tempfile::TempDir {
+    let dir = tempfile::tempdir().expect("temp dir");
+    fs::write(dir.path().join("c.toml"), "store.dir = \"store\"\n").expect("written");
+    let mut store = Store::open(&dir.path().join("store")).expect("store");
+    let settings = Settings::defaults();
+    let (engine, seed) = (settings.engine(Some("hall")), 7);
+    let seen = |crates: &[_], noise| View::bare(clouds::room(crates, noise), Point3::origin());
+    let then = seen(&[], 1);
+    let reference = prepare(&then, &engine, seed).expect("a reference");
+    let new = NewReference {
+        waypoint: "hall",
+        sweep: SweepRecord {
+            view: Some(&then),
+            raw: None,
+            quality: &quality(100),
+        },
+        mixture: &reference.mixture,
+        engine: &settings.engine_json(),
+        seed,
+    };
+    store.teach(&new, &stamp(0)).expect("taught");
+    for (second, crates, lines) in [
+        (10, &[clouds::CRATE][..], 100),
+        (20, &[], 100),
+        (30, &[clouds::CRATE], 50),
+        (40, &[], 0),
+    ] {
+        let now = seen(crates, 3);
+        let found = inspect(&reference, &now, &engine, seed, &mut |_| ()).expect("compared");
+        let good = lines == 100;
+        let quality = quality(lines);
+        let visit = NewVisit {
+            waypoint: "hall",
+            reference_id: Some(1),
+            sweep: (lines > 0).then_some(SweepRecord {
+                view: Some(&now),
+                raw: None,
+                quality: &quality,
+            }),
+            verdict: if good {
+                found.detection.verdict
+            } else {
+                Verdict::NotObserved
+            },
+            reason: "test",
+            d_gmm: good.then_some(found.detection.d_gmm),
+            u_th: found.detection.u_th,
+            seed,
+            engine: &settings.engine_json(),
+            report: "{}",
+            novelties: &[],
+            same_place_m: 0.5,
+        };
+        store
+            .record_visit(&visit, &stamp(second))
+            .expect("recorded");
+    }
+    dir
+}
+
+#[test]
+fn a_stored_sweep_is_judged_again() {
+    let dir = folder();
+    let run = |args: &[&str]| {
+        let all = [&["rejudge", "--config", "c.toml"], args].concat();
+        patrold(dir.path(), &all)
+    };
+    for (id, code) in [("1", 10), ("2", 0), ("3", 11)] {
+        let ran = run(&[id, "--json"]);
+        assert_eq!(
+            (ran.code, ran.err.as_str()),
+            (code, ""),
+            "visit {id}: {ran:?}"
+        );
+        let json = ran.json();
+        schema::check("rejudge", &json);
+        assert_eq!(
+            json["judged"]["verdict"], json["stored"]["verdict"],
+            "visit {id}"
+        );
+        assert_eq!(
+            json["judged"]["d_gmm"], json["stored"]["d_gmm"],
+            "visit {id}"
+        );
+    }
+    let none = run(&["4"]);
+    assert_eq!((none.code, none.out.as_str()), (1, ""));
+    assert!(
+        none.err
+            .contains("the sweep of visit 4 is not kept: none was taken"),
+        "{}",
+        none.err
+    );
+    assert!(run(&["99"]).err.contains("no visit 99"));
+
+    fs::write(
+        dir.path().join("c.toml"),
+        "store.dir = \"store\"\n[waypoint.hall]\nu_th_m = 0.9\n",
+    )
+    .expect("written");
+    let flipped = run(&["1", "--json"]);
+    assert_eq!(flipped.code, 0, "{flipped:?}");
+    let json = flipped.json();
+    assert_eq!(json["stored"]["verdict"], "changed");
+    assert_eq!(json["judged"]["u_th"], 0.9);
+    assert_eq!(json["judged"]["d_gmm"], json["stored"]["d_gmm"]);
+    assert_eq!(run(&["1", "--stored-u-th"]).code, 10);
+    let people = run(&["1"]).out;
+    assert!(
+        people.contains("stored: changed") && people.contains("now:    quiet"),
+        "{people}"
+    );
+}
