@@ -65,6 +65,8 @@ impl Work {
                     waypoint: &self.request.waypoint,
                     sweep: sweep_record(kept, &quality),
                     mixture,
+                    engine: &engine_json(&self.settings),
+                    seed: self.settings.mixture.seed,
                 };
                 store.teach(&new, stamp).map(|version| {
                     Reply::Teach(Box::new(TeachReply {
@@ -102,7 +104,10 @@ impl Work {
         let visit = NewVisit {
             waypoint,
             reference_id: self.reference.as_ref().map(|r| r.id),
-            sweep: kept.map(|kept| sweep_record(kept, &quality)),
+            sweep: match kept {
+                Some(kept) => Some(sweep_record(kept, &quality)),
+                None => self.unassembled().map(raw_record),
+            },
             verdict,
             reason,
             d_gmm: report.map(|r| r.d_gmm),
@@ -133,6 +138,10 @@ impl Work {
         })))
     }
 
+    fn unassembled(&self) -> Option<&[u8]> {
+        self.judged.as_ref()?.unassembled.as_deref()
+    }
+
     /// The answer to a bare sweep, which leaves nothing on disk.
     pub fn points(self) -> Reply {
         let (Some(judged), timing_ms) = (self.judged, self.timing) else {
@@ -156,9 +165,18 @@ impl Work {
 
 fn sweep_record<'a>(kept: &'a Kept, quality: &'a str) -> SweepRecord<'a> {
     SweepRecord {
-        view: &kept.view,
+        view: Some(&kept.view),
         raw: Some(&kept.raw),
         quality,
+    }
+}
+
+/// A sweep that gave no view, kept to see why.
+fn raw_record(raw: &[u8]) -> SweepRecord<'_> {
+    SweepRecord {
+        view: None,
+        raw: Some(raw),
+        quality: "null",
     }
 }
 
