@@ -65,7 +65,7 @@ impl Work {
                     waypoint: &self.request.waypoint,
                     sweep: sweep_record(kept, &quality),
                     mixture,
-                    engine: &engine_json(&self.settings),
+                    engine: &self.settings.engine_json(),
                     seed: self.settings.mixture.seed,
                 };
                 store.teach(&new, stamp).map(|version| {
@@ -113,7 +113,7 @@ impl Work {
             d_gmm: report.map(|r| r.d_gmm),
             u_th,
             seed: settings.mixture.seed,
-            engine: &engine_json(settings),
+            engine: &settings.engine_json(),
             report: &report.map_or_else(|| "{}".to_owned(), |r| json!(r).to_string()),
             novelties,
             same_place_m: settings.alarms.same_place_m,
@@ -184,19 +184,6 @@ fn alarm(recorded: &Recorded) -> Option<AlarmReply> {
     let raised = recorded.raised.map(|id| AlarmReply { id, raised: true });
     let folded = recorded.folded.map(|id| AlarmReply { id, raised: false });
     raised.or(folded)
-}
-
-/// The settings that a stored verdict depends on.
-fn engine_json(settings: &Settings) -> String {
-    let novelty = &settings.novelty;
-    json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "engine": novelty.engine.word(),
-        "ground": format!("{:?}", novelty.ground).to_lowercase(),
-        "max_range_m": novelty.max_range_m,
-        "shape": settings.shape.method,
-    })
-    .to_string()
 }
 
 /// What the asker is told about a failure of the store.
