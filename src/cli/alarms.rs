@@ -1,7 +1,6 @@
 //! `patrold alarms list|show|ack|export`: the alarm log, read from the database whether or not the service runs.
 
-pub use super::alarm_report::{alarm_table, describe};
-use super::alarm_report::{csv, details, json_lines, record};
+use super::alarm_report::{alarm_table, csv, details, json_lines, record};
 use super::failure::{DONE, Failure, Outcome};
 use super::{config, files, output, when};
 use crate::alarm::State;

@@ -2,7 +2,7 @@
 
 use super::failure::{CHANGED, DONE, FAILED, Failure, NOT_OBSERVED, Outcome, verdict_code};
 use super::stopwatch::{Stopwatch, Timing};
-use super::{alarms, clouds, files, output, table};
+use super::{alarm_report, clouds, files, output, table};
 use crate::config::{self, EngineMode, Settings, load};
 use crate::formats::write_ply;
 use crate::geometry::View;
@@ -306,7 +306,7 @@ fn prose(compared: &Compared) -> String {
         report
             .novelties
             .iter()
-            .map(|n| format!("{}, {} points", alarms::describe(n), n.points)),
+            .map(|n| format!("{}, {} points", alarm_report::describe(n), n.points)),
     );
     lines.join("\n")
 }

@@ -1,7 +1,7 @@
 //! `patrold visit NAME`: the robot stands at NAME, inspect it.
 
 use super::failure::{Outcome, verdict_code};
-use super::{alarms, client, config, output};
+use super::{alarm_report, client, config, output};
 use crate::service::replies::VisitReply;
 use clap::Args;
 use std::path::PathBuf;
@@ -56,7 +56,7 @@ fn told(visit: &VisitReply) -> String {
         ));
     }
     for novelty in &visit.novelties {
-        lines.push(format!("  {}", alarms::describe(novelty)));
+        lines.push(format!("  {}", alarm_report::describe(novelty)));
     }
     lines.join("\n")
 }

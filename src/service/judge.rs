@@ -52,6 +52,8 @@ pub struct Judgement {
 pub struct Judged {
     /// The sweep, where the raw data gives one.
     pub kept: Option<Kept>,
+    /// Bytes of the raw data that give none.
+    pub unassembled: Option<Vec<u8>>,
     /// What was found.
     pub finding: Result<Finding, String>,
 }
@@ -70,6 +72,7 @@ impl Judged {
         };
         Self {
             kept: None,
+            unassembled: None,
             finding: Err(format!("the engine failed: {}", words.replace('\n', " "))),
         }
     }
@@ -118,6 +121,7 @@ pub fn judge(
         Err(error) => {
             return Judged {
                 kept: None,
+                unassembled: Some(encode(raw)),
                 finding: Err(error.to_string()),
             };
         }
@@ -145,6 +149,7 @@ pub fn judge(
     };
     Judged {
         kept: Some(kept),
+        unassembled: None,
         finding,
     }
 }

@@ -116,7 +116,8 @@ fn signals() -> std::io::Result<Receiver<Control>> {
 pub async fn serve(plan: Plan, mut controls: Receiver<Control>) -> Result<(), ServiceError> {
     let settings = Arc::new(plan.loaded.settings.clone());
     let lock = StoreLock::take(&settings.store.dir)?;
-    let store = Store::open(&settings.store.dir)?;
+    let mut store = Store::open(&settings.store.dir)?;
+    store.sweep_orphans()?;
     let (listener, socket_file) = socket::listen(&settings.api.socket, settings.api.socket_mode)?;
     let (inbox, mut messages) = mpsc::unbounded_channel();
     let (status, status_reader) = watch::channel(first_status(&plan.loaded));

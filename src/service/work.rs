@@ -65,6 +65,8 @@ impl Work {
                     waypoint: &self.request.waypoint,
                     sweep: sweep_record(kept, &quality),
                     mixture,
+                    engine: &self.settings.engine_json(),
+                    seed: self.settings.mixture.seed,
                 };
                 store.teach(&new, stamp).map(|version| {
                     Reply::Teach(Box::new(TeachReply {
@@ -102,13 +104,16 @@ impl Work {
         let visit = NewVisit {
             waypoint,
             reference_id: self.reference.as_ref().map(|r| r.id),
-            sweep: kept.map(|kept| sweep_record(kept, &quality)),
+            sweep: match kept {
+                Some(kept) => Some(sweep_record(kept, &quality)),
+                None => self.unassembled().map(raw_record),
+            },
             verdict,
             reason,
             d_gmm: report.map(|r| r.d_gmm),
             u_th,
             seed: settings.mixture.seed,
-            engine: &engine_json(settings),
+            engine: &settings.engine_json(),
             report: &report.map_or_else(|| "{}".to_owned(), |r| json!(r).to_string()),
             novelties,
             same_place_m: settings.alarms.same_place_m,
@@ -131,6 +136,10 @@ impl Work {
             sweep: kept.map(|k| k.quality.clone()),
             timing_ms: self.timing,
         })))
+    }
+
+    fn unassembled(&self) -> Option<&[u8]> {
+        self.judged.as_ref()?.unassembled.as_deref()
     }
 
     /// The answer to a bare sweep, which leaves nothing on disk.
@@ -156,9 +165,18 @@ impl Work {
 
 fn sweep_record<'a>(kept: &'a Kept, quality: &'a str) -> SweepRecord<'a> {
     SweepRecord {
-        view: &kept.view,
+        view: Some(&kept.view),
         raw: Some(&kept.raw),
         quality,
+    }
+}
+
+/// A sweep that gave no view, kept to see why.
+fn raw_record(raw: &[u8]) -> SweepRecord<'_> {
+    SweepRecord {
+        view: None,
+        raw: Some(raw),
+        quality: "null",
     }
 }
 
@@ -166,19 +184,6 @@ fn alarm(recorded: &Recorded) -> Option<AlarmReply> {
     let raised = recorded.raised.map(|id| AlarmReply { id, raised: true });
     let folded = recorded.folded.map(|id| AlarmReply { id, raised: false });
     raised.or(folded)
-}
-
-/// The settings that a stored verdict depends on.
-fn engine_json(settings: &Settings) -> String {
-    let novelty = &settings.novelty;
-    json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "engine": novelty.engine.word(),
-        "ground": format!("{:?}", novelty.ground).to_lowercase(),
-        "max_range_m": novelty.max_range_m,
-        "shape": settings.shape.method,
-    })
-    .to_string()
 }
 
 /// What the asker is told about a failure of the store.

@@ -73,10 +73,9 @@ impl Head {
     fn notice(&mut self, notice: Notice) {
         let homing = self.in_flight.is_some_and(|f| f.command == Command::Reset);
         let ending = matches!(self.script, Some((Script::Limits, _)));
-        if ending || (homing && notice == Notice::Cable) {
-            if notice != Notice::Trigger {
-                self.homing_spoilt.get_or_insert(notice);
-            }
+        let spoils = ending || (homing && notice == Notice::Cable);
+        if spoils && notice != Notice::Trigger {
+            self.homing_spoilt.get_or_insert(notice);
         }
         match notice {
             // A calibration says so at every stop.

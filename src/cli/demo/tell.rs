@@ -4,7 +4,7 @@ use super::building::Place;
 use super::rounds::Rounds;
 use super::truth::{self, Told};
 use crate::cli::failure::Failure;
-use crate::cli::{alarms, table};
+use crate::cli::{alarm_report, table};
 use crate::patrol::NoveltyRecord;
 use crate::service::replies::VisitReply;
 use crate::store::{AlarmFilter, AlarmRow, Store};
@@ -89,7 +89,7 @@ impl Judged {
         };
         format!(
             "\nalarm log\n{}\n\nagainst the truth\n{rows}\n\n{verdict}",
-            alarms::alarm_table(&self.alarms)
+            alarm_report::alarm_table(&self.alarms)
         )
     }
 
