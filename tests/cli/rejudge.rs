@@ -9,7 +9,7 @@ use patrold::geometry::View;
 use patrold::novelty::Verdict;
 use patrold::patrol::{inspect, prepare};
 use patrold::store::{NewReference, NewVisit, Stamp, Store, SweepRecord};
-use patrold::sweep::Quality;
+use patrold::sweep::{LegLines, Quality};
 use serde_json::json;
 use std::fs;
 
@@ -26,9 +26,13 @@ fn quality(lines_got: usize) -> String {
         lines_got,
         gaps: 0,
         widest_gap_lines: 0,
-        widest_gap_rad: 0.0087,
-        line_pitch_rad: 0.0087,
-        legs: Vec::new(),
+        widest_gap_rad: 0.0,
+        line_pitch_rad: 0.01,
+        legs: vec![LegLines {
+            pan_rad: 0.0,
+            expected: 100,
+            got: lines_got,
+        }],
         hit_share: 0.9,
         no_return_share: 0.0,
         position_residual_steps: 0.1,
