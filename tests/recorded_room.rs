@@ -62,11 +62,10 @@ fn inspection(
 
 #[test]
 fn a_recorded_corridor_is_patrolled() {
-    let Some(root) = common::data("semisynthetic/dev") else {
+    let Some(folder) = common::data("semisynthetic/dev") else {
         return;
     };
-    let bytes =
-        std::fs::read(root.join("semisynthetic/dev/dev04_box_ref.ply")).expect("a reference cloud");
+    let bytes = std::fs::read(folder.join("dev04_box_ref.ply")).expect("a reference cloud");
     let cloud = patrold::formats::read_cloud(&bytes, Some("ply")).expect("reads");
     let before = Scene::parse(ROOM).expect("a scene");
     let after = Scene::parse(&format!("{ROOM}{BOX}")).expect("a scene");

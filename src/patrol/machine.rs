@@ -6,6 +6,8 @@ use super::event::{Change, Event, Refusal, Request, Task};
 use std::collections::VecDeque;
 use std::time::Duration;
 
+mod devices;
+
 /// Requests that may wait behind the one in hand: a robot asks for one at a time, so a longer queue is a client
 /// gone wild.
 pub const MOST_WAITING: usize = 4;
@@ -195,63 +197,6 @@ impl Machine {
             } else {
                 self.sweep(request, out);
             }
-        }
-    }
-
-    fn apply_change(&mut self, out: &mut Vec<Action>) {
-        if matches!(self.in_hand, Some((_, Step::Sweeping))) {
-            return;
-        }
-        let Some(change) = self.change.take() else {
-            return;
-        };
-        out.push(Action::ApplySettings);
-        if change == Change::Devices {
-            if self.devices == Devices::Opening {
-                out.push(Action::CancelDevices);
-            }
-            self.open(out);
-        }
-    }
-
-    fn open(&mut self, out: &mut Vec<Action>) {
-        self.devices = Devices::Opening;
-        out.push(Action::OpenDevices);
-    }
-
-    fn devices_ready(&mut self, out: &mut Vec<Action>) {
-        if self.stopping {
-            return;
-        }
-        self.devices = Devices::Ready;
-        self.pause = FIRST_RETRY;
-        out.push(Action::Note(Weight::Info, "devices ready".to_owned()));
-        if let Some(request) = self.take_waiting() {
-            self.sweep(request, out);
-        }
-    }
-
-    fn devices_failed(&mut self, now: Duration, reason: String, out: &mut Vec<Action>) {
-        if self.stopping {
-            return;
-        }
-        // The same failure again is no news for the log.
-        if self.pause == FIRST_RETRY {
-            out.push(Action::Note(Weight::Error, reason.clone()));
-        }
-        let retry_at = now + self.pause;
-        self.pause = (2 * self.pause).min(LONGEST_RETRY);
-        self.devices = Devices::Lost { reason, retry_at };
-        // It had its attempt.
-        if let Some(request) = self.take_waiting() {
-            self.no_devices(request, out);
-        }
-    }
-
-    fn no_devices(&mut self, request: Request, out: &mut Vec<Action>) {
-        if let Devices::Lost { reason, .. } = &self.devices {
-            let reason = format!("no devices: {reason}");
-            self.not_swept(request, reason, out);
         }
     }
 

@@ -170,12 +170,12 @@ fn compare(
     let mut report = Report::new(&inspection, points, settings.novelty.engine.word(), seed);
     let detection = &inspection.detection;
     let reference_from_current = detection.registration.current_from_reference.inverse();
-    let novelties: Vec<NoveltyRecord> = report
-        .novelties
-        .iter()
-        .map(|novelty| novelty.in_frame(&reference_from_current))
+    let found = detection.novelties.iter().zip(&inspection.retrievals);
+    report.novelties = found
+        .map(|(novelty, shape)| {
+            NoveltyRecord::new_in(novelty, shape.as_ref(), &reference_from_current)
+        })
         .collect();
-    report.novelties = novelties;
     let verdict = detection.verdict;
     Ok(Finding::Visit(Box::new(Judgement { verdict, report })))
 }
