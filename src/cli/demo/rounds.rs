@@ -6,7 +6,7 @@ use crate::cli::failure::Failure;
 use crate::service::replies::{TeachReply, VisitReply};
 
 /// A visit that was not observed is made again so often, as a patrol would; the clock runs slower each time.
-const TRIES: usize = 3;
+const TRIES: usize = 4;
 
 /// What the rounds saw that the log does not tell, in the order of the places.
 pub struct Rounds {
