@@ -1,47 +1,17 @@
 //! The engine against recorded pairs: what changed is found, what did not stays quiet. The table that
 //! it prints (`--nocapture`) is the engine's report on them.
 
+mod common;
+
 use nalgebra::Point3;
+use patrold::formats::read_cloud;
 use patrold::geometry::{Pose, RollPitchYaw, View};
 use patrold::novelty::{Detection, Kind, Reference, Settings, Verdict, detect};
 use std::path::{Path, PathBuf};
 
-fn data() -> Option<PathBuf> {
-    let root = std::env::var_os("PATROLD_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
-        PathBuf::from,
-    );
-    if root.join("semisynthetic").is_dir() {
-        return Some(root);
-    }
-    assert!(
-        std::env::var_os("PATROLD_REQUIRE_DATA").is_none_or(|v| v != "1"),
-        "no recorded data at {}",
-        root.display()
-    );
-    eprintln!("skipped: no recorded data at {}", root.display());
-    None
-}
-
 fn ply(path: &Path) -> Vec<Point3<f64>> {
     let bytes = std::fs::read(path).expect("a readable file");
-    let end = b"end_header\n";
-    let at = bytes
-        .windows(end.len())
-        .position(|w| w == end)
-        .expect("a header")
-        + end.len();
-    bytes[at..]
-        .chunks_exact(12)
-        .map(|c| {
-            let f = |i: usize| {
-                f64::from(f32::from_le_bytes(
-                    c[i..i + 4].try_into().expect("four bytes"),
-                ))
-            };
-            Point3::new(f(0), f(4), f(8))
-        })
-        .collect()
+    read_cloud(&bytes, Some("ply")).expect("a cloud").points
 }
 
 fn labels(path: &Path) -> Vec<u8> {
@@ -128,8 +98,9 @@ fn origin(entry: &serde_json::Value, key: &str) -> Point3<f64> {
 
 #[test]
 fn inserted_objects_are_found_whatever_the_pose_and_quiet_pairs_stay_quiet() {
-    let Some(root) = data() else { return };
-    let root = root.join("semisynthetic");
+    let Some(root) = common::data("semisynthetic") else {
+        return;
+    };
     let manifest = json(&root.join("manifest_dev.json"));
     for pair in manifest["pairs"].as_array().expect("pairs") {
         let reference = View::bare(ply(&file(&root, pair, "reference")), Point3::origin());
@@ -159,8 +130,9 @@ fn inserted_objects_are_found_whatever_the_pose_and_quiet_pairs_stay_quiet() {
 
 #[test]
 fn the_ball_of_a_spinning_laser_is_found_in_every_pair() {
-    let Some(root) = data() else { return };
-    let root = root.join("spherecalib/dev");
+    let Some(root) = common::data("spherecalib/dev") else {
+        return;
+    };
     let meta = json(&root.join("meta.json"));
     for pair in meta["pairs"].as_array().expect("pairs") {
         let reference = View::bare(ply(&file(&root, pair, "reference")), Point3::origin());
@@ -194,8 +166,9 @@ fn the_ball_of_a_spinning_laser_is_found_in_every_pair() {
 
 #[test]
 fn another_viewpoint_is_never_a_change() {
-    let Some(root) = data() else { return };
-    let root = root.join("viewpoint_nochange");
+    let Some(root) = common::data("viewpoint_nochange") else {
+        return;
+    };
     let manifest = json(&root.join("manifest_dev.json"));
     for pair in manifest["pairs"].as_array().expect("pairs") {
         let view = |key: &str, at: &str| View::bare(ply(&file(&root, pair, key)), origin(pair, at));
