@@ -4,6 +4,8 @@
 mod mount;
 mod neighbours;
 mod pose;
+mod principal;
+mod directions;
 mod rays;
 mod registration;
 mod surfaces;
@@ -17,4 +19,4 @@ pub use rays::{Look, Rays, SECTORS};
 pub use registration::{Registration, RegistrationSettings, register};
 pub use surfaces::{Patch, Surfaces};
 pub use view::{NoiseLaw, View};
-pub use voxel::{Thinned, thin};
+pub use voxel::{Thinned, Voxels, thin};

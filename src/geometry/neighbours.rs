@@ -1,5 +1,6 @@
 //! A hash grid over points: who lies near a place? Built once, read by many threads.
 
+use super::voxel::whole;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -7,15 +8,23 @@ use rayon::prelude::*;
 /// time, never truth, since distances are always tested.
 const HALF: i64 = 1 << 20;
 
-/// No cell stands in this slot of the table.
+/// No column stands in this slot of the table.
 const FREE: u64 = u64::MAX;
 
-/// Points sorted into cubic cells. Indices that come back are those of the slice it was built from.
+/// A column with more strata than this is searched by halving.
+const FEW: usize = 12;
+
+/// Points sorted into cubic cells, cells into columns along z. A search looks a few columns up and reads
+/// each one's points in one go. Indices that come back are those of the slice it was built from.
 #[derive(Debug, Clone)]
 pub struct Grid {
     cell: f64,
+    inverse: f64,
+    /// Column, first stratum, end of strata; open addressing.
     slots: Vec<(u64, u32, u32)>,
     mask: usize,
+    /// Height of each occupied cell and its first point, one more at the end.
+    strata: Vec<(i32, u32)>,
     order: Vec<u32>,
     points: Vec<Point3<f64>>,
 }
@@ -29,43 +38,50 @@ impl Grid {
         } else {
             1.0
         };
+        let inverse = 1.0 / cell;
         let mut keyed: Vec<(u64, u32)> = points
-            .par_iter()
+            .iter()
             .enumerate()
-            .map(|(i, p)| (key(cell_of(p, cell)), i as u32))
+            .map(|(i, p)| (key(cell_of(p, inverse)), i as u32))
             .collect();
         keyed.par_sort_unstable();
-        let mut cells = 0_usize;
+        let mut strata: Vec<(i32, u32)> = Vec::with_capacity(keyed.len() / 2 + 1);
+        let mut columns: Vec<(u64, u32, u32)> = Vec::new();
         let mut last = FREE;
-        for (k, _) in &keyed {
-            if *k != last {
-                cells += 1;
-                last = *k;
+        for (at, (k, _)) in keyed.iter().enumerate() {
+            if *k == last {
+                continue;
             }
+            let column = k >> 21;
+            match columns.last_mut() {
+                Some(open) if open.0 == column => open.2 += 1,
+                _ => {
+                    let first = strata.len() as u32;
+                    columns.push((column, first, first + 1));
+                }
+            }
+            strata.push(((k & 0x1f_ffff) as i32 - HALF as i32, at as u32));
+            last = *k;
         }
-        let size = (cells * 2 + 2).next_power_of_two();
+        strata.push((i32::MAX, keyed.len() as u32));
+        let size = (columns.len() * 2 + 2).next_power_of_two();
         let mask = size - 1;
         let mut slots = vec![(FREE, 0, 0); size];
-        let mut start = 0;
-        while start < keyed.len() {
-            let k = keyed[start].0;
-            let mut end = start + 1;
-            while end < keyed.len() && keyed[end].0 == k {
-                end += 1;
-            }
-            let mut slot = spread(k) & mask;
+        for column in columns {
+            let mut slot = spread(column.0) & mask;
             while slots[slot].0 != FREE {
                 slot = (slot + 1) & mask;
             }
-            slots[slot] = (k, start as u32, end as u32);
-            start = end;
+            slots[slot] = column;
         }
         let order: Vec<u32> = keyed.iter().map(|(_, i)| *i).collect();
         let sorted = order.iter().map(|i| points[*i as usize]).collect();
         Self {
             cell,
+            inverse,
             slots,
             mask,
+            strata,
             order,
             points: sorted,
         }
@@ -78,6 +94,7 @@ impl Grid {
 
     /// Calls `visit(index, squared distance)` for every point within `radius` of `place`, in an
     /// order that depends on the points only.
+    #[inline]
     pub fn for_each_within(
         &self,
         place: &Point3<f64>,
@@ -85,17 +102,15 @@ impl Grid {
         mut visit: impl FnMut(usize, f64),
     ) {
         let reach = nalgebra::Vector3::repeat(radius);
-        let low = cell_of(&(place - reach), self.cell);
-        let high = cell_of(&(place + reach), self.cell);
+        let low = cell_of(&(place - reach), self.inverse);
+        let high = cell_of(&(place + reach), self.inverse);
         let limit = radius * radius;
         for x in low[0]..=high[0] {
             for y in low[1]..=high[1] {
-                for z in low[2]..=high[2] {
-                    for i in self.members([x, y, z]) {
-                        let d2 = (self.points[i] - place).norm_squared();
-                        if d2 <= limit {
-                            visit(self.order[i] as usize, d2);
-                        }
+                for i in self.members(x, y, low[2], high[2]) {
+                    let d2 = (self.points[i] - place).norm_squared();
+                    if d2 <= limit {
+                        visit(self.order[i] as usize, d2);
                     }
                 }
             }
@@ -119,13 +134,24 @@ impl Grid {
         }
     }
 
-    fn members(&self, cell: [i64; 3]) -> std::ops::Range<usize> {
-        let k = key(cell);
-        let mut slot = spread(k) & self.mask;
+    /// The points of one column between two heights, as a range of `points`.
+    #[inline]
+    fn members(&self, x: i64, y: i64, low: i64, high: i64) -> std::ops::Range<usize> {
+        let column = column_of(x, y);
+        let mut slot = spread(column) & self.mask;
         loop {
-            let (found, start, end) = self.slots[slot];
-            if found == k {
-                return start as usize..end as usize;
+            let (found, from, to) = self.slots[slot];
+            if found == column {
+                let strata = &self.strata[from as usize..=to as usize];
+                let inside = &strata[..strata.len() - 1];
+                let first_at = |z: i64| {
+                    if inside.len() <= FEW {
+                        inside.iter().take_while(|s| i64::from(s.0) < z).count()
+                    } else {
+                        inside.partition_point(|s| i64::from(s.0) < z)
+                    }
+                };
+                return strata[first_at(low)].1 as usize..strata[first_at(high + 1)].1 as usize;
             }
             if found == FREE {
                 return 0..0;
@@ -135,16 +161,22 @@ impl Grid {
     }
 }
 
-fn cell_of(p: &Point3<f64>, cell: f64) -> [i64; 3] {
-    let at = |v: f64| ((v / cell).floor() as i64).clamp(-HALF, HALF - 1);
+#[inline]
+fn cell_of(p: &Point3<f64>, inverse: f64) -> [i64; 3] {
+    let at = |v: f64| whole(v * inverse).clamp(-HALF, HALF - 1);
     [at(p.x), at(p.y), at(p.z)]
 }
 
-fn key(cell: [i64; 3]) -> u64 {
-    let part = |v: i64| (v + HALF) as u64;
-    part(cell[0]) << 42 | part(cell[1]) << 21 | part(cell[2])
+#[inline]
+fn column_of(x: i64, y: i64) -> u64 {
+    ((x + HALF) as u64) << 21 | (y + HALF) as u64
 }
 
+fn key(cell: [i64; 3]) -> u64 {
+    column_of(cell[0], cell[1]) << 21 | (cell[2] + HALF) as u64
+}
+
+#[inline]
 fn spread(key: u64) -> usize {
     (key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 20) as usize
 }

@@ -1,6 +1,7 @@
 //! The spherical index of a view: along which directions did it look, and how far did it see?
 
-use super::{Grid, View};
+use super::View;
+use super::directions::Directions;
 use nalgebra::{Point3, Vector3};
 
 /// Directions around a query are sorted into this many equal sectors.
@@ -11,6 +12,10 @@ const REACH_SPACINGS: f64 = 1.6;
 const HULL_SPACINGS: f64 = 40.0;
 /// The hull of holes is kept on a coarser set of directions, this many row spacings apart.
 const COARSE_SPACINGS: f64 = 4.0;
+/// Cells of the index are this many row spacings wide: a look reads few cells, and few rays in vain.
+const INDEX_SPACINGS: f64 = 0.8;
+/// Rays further apart than this are no neighbours, radians.
+const WIDEST_GAP_RAD: f64 = 0.5;
 /// Rays whose surroundings tell the spacing; more change nothing.
 const SPACING_SAMPLES: usize = 160;
 
@@ -18,11 +23,9 @@ const SPACING_SAMPLES: usize = 160;
 #[derive(Debug, Clone)]
 pub struct Rays {
     origin: Point3<f64>,
-    directions: Vec<Point3<f64>>,
     ranges_m: Vec<f64>,
-    grid: Grid,
-    coarse: Grid,
-    coarse_directions: Vec<Point3<f64>>,
+    index: Directions,
+    coarse: Directions,
     /// Typical distance to the next ray in the sparse direction of the pattern (between scan
     /// lines), radians.
     pub spacing_rad: f64,
@@ -53,58 +56,48 @@ impl Rays {
             let v = p - view.origin;
             let range_m = v.norm();
             ranges_m.push(range_m);
-            // A place that no unit direction comes near to.
             directions.push(if range_m > 1e-9 {
-                Point3::from(v / range_m)
+                v / range_m
             } else {
-                Point3::new(9.0, 9.0, 9.0)
+                Vector3::zeros()
             });
         }
         for d in &view.no_return {
-            directions.push(Point3::from(d.into_inner()));
+            directions.push(d.into_inner());
             ranges_m.push(f64::INFINITY);
         }
         let spacing_rad = spacing(&directions);
-        let grid = Grid::new(&directions, REACH_SPACINGS * spacing_rad);
+        let index = Directions::new(&directions, INDEX_SPACINGS * spacing_rad);
+        let coarse_width = COARSE_SPACINGS * spacing_rad;
         let mut seen = std::collections::HashSet::new();
-        let coarse_cell = COARSE_SPACINGS * spacing_rad;
-        let coarse_directions: Vec<Point3<f64>> = directions
+        let coarse: Vec<Vector3<f64>> = directions
             .iter()
-            .filter(|d| seen.insert([d.x, d.y, d.z].map(|v| (v / coarse_cell).floor() as i64)))
+            .filter(|d| seen.insert([d.x, d.y, d.z].map(|v| (v / coarse_width).floor() as i32)))
             .copied()
             .collect();
-        let coarse = Grid::new(&coarse_directions, 3.0 * coarse_cell);
-        let mut sorted: Vec<f64> = ranges_m.iter().copied().filter(|r| r.is_finite()).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let far = sorted
-            .get((sorted.len() * 99 / 100).min(sorted.len().saturating_sub(1)))
-            .copied()
-            .unwrap_or(0.0);
         let mut rays = Self {
             origin: view.origin,
             mean_density_per_sr: 0.0,
-            directions,
-            ranges_m,
-            grid,
-            coarse,
-            coarse_directions,
+            coarse: Directions::new(&coarse, 3.0 * coarse_width),
+            index,
             spacing_rad,
             reach_m: if view.no_return.is_empty() {
-                far
+                far(&ranges_m)
             } else {
                 view.free_range_m
             },
+            ranges_m,
         };
-        rays.mean_density_per_sr = rays.mean_density();
+        rays.mean_density_per_sr = rays.mean_density(&directions);
         rays
     }
 
     /// The mean of 1/density over rays is the covered solid angle over their number.
-    fn mean_density(&self) -> f64 {
-        let step = (self.directions.len() / SPACING_SAMPLES).max(1);
+    fn mean_density(&self, directions: &[Vector3<f64>]) -> f64 {
+        let step = (directions.len() / SPACING_SAMPLES).max(1);
         let (mut n, mut inverse) = (0.0, 0.0);
-        for d in self.directions.iter().step_by(step) {
-            let density = self.density_per_sr(&d.coords);
+        for d in directions.iter().step_by(step) {
+            let density = self.density_per_sr(d);
             if density > 0.0 {
                 n += 1.0;
                 inverse += 1.0 / density;
@@ -146,10 +139,9 @@ impl Rays {
         let (across, up) = basis(d);
         let mut sectors = [false; 2 * SECTORS];
         self.coarse.for_each_within(
-            &Point3::from(*d),
+            d,
             (HULL_SPACINGS * self.spacing_rad).min(1.0),
-            |i, _| {
-                let off = self.coarse_directions[i].coords - d;
+            |_, off| {
                 let turn = off.dot(&up).atan2(off.dot(&across)) / std::f64::consts::TAU + 0.5;
                 let at = (turn * sectors.len() as f64) as usize;
                 sectors[at.min(2 * SECTORS - 1)] = true;
@@ -164,22 +156,21 @@ impl Rays {
     pub fn density_per_sr(&self, d: &Vector3<f64>) -> f64 {
         let radius = 2.5 * self.spacing_rad;
         let mut count = 0.0;
-        self.grid
-            .for_each_within(&Point3::from(*d), radius, |_, _| count += 1.0);
+        self.index.for_each_within(d, radius, |_, _| count += 1.0);
         count / (std::f64::consts::PI * radius * radius)
     }
 
     fn look_within(&self, d: &Vector3<f64>, radius: f64) -> Look {
         let (across, up) = basis(d);
         let mut sectors = [None; SECTORS];
+        self.index.for_each_within(d, radius, |i, off| {
+            let slot = &mut sectors[sector(off.dot(&across), off.dot(&up))];
+            keep_nearer(slot, i, off.norm_squared());
+        });
         let mut nearest = None;
-        self.grid
-            .for_each_within(&Point3::from(*d), radius, |i, d2| {
-                let off = self.directions[i].coords - d;
-                let slot = &mut sectors[sector(off.dot(&across), off.dot(&up))];
-                keep_nearer(slot, i, d2);
-                keep_nearer(&mut nearest, i, d2);
-            });
+        for (i, d2) in sectors.iter().flatten() {
+            keep_nearer(&mut nearest, *i, *d2);
+        }
         let angle = |found: Option<(usize, f64)>| found.map(|(i, d2): (usize, f64)| (i, d2.sqrt()));
         Look {
             sectors: sectors.map(angle),
@@ -225,30 +216,27 @@ fn sector(x: f64, y: f64) -> usize {
     }
 }
 
+/// 99th percentile of the ranges that are any.
+fn far(ranges_m: &[f64]) -> f64 {
+    let mut finite: Vec<f64> = ranges_m.iter().copied().filter(|r| r.is_finite()).collect();
+    if finite.is_empty() {
+        return 0.0;
+    }
+    let at = (finite.len() * 99 / 100).min(finite.len() - 1);
+    *finite.select_nth_unstable_by(at, f64::total_cmp).1
+}
+
 /// Median over a sample of rays of the second largest distance to the nearest ray of a sector.
-fn spacing(directions: &[Point3<f64>]) -> f64 {
-    use rayon::prelude::*;
-    let n = directions.len();
-    let step = (n / SPACING_SAMPLES).max(1);
-    let samples: Vec<usize> = (0..n).step_by(step).collect();
-    let mut widths: Vec<f64> = samples
-        .par_iter()
-        .filter_map(|s| {
-            let d = directions[*s].coords;
-            let (across, up) = basis(&d);
-            let mut sectors = [f64::INFINITY; SECTORS];
-            for (j, other) in directions.iter().enumerate() {
-                let off = other.coords - d;
-                let d2 = off.norm_squared();
-                if d2 < 0.5 && d2 > 1e-12 && j != *s {
-                    let slot = &mut sectors[sector(off.dot(&across), off.dot(&up))];
-                    *slot = slot.min(d2);
-                }
-            }
-            sectors.sort_unstable_by(f64::total_cmp);
-            let second = sectors[SECTORS - 2].sqrt();
-            second.is_finite().then_some(second)
-        })
+fn spacing(directions: &[Vector3<f64>]) -> f64 {
+    // Without knowing better: as if the rays were spread over a third of the sphere.
+    let even = (4.0 / (directions.len() as f64).max(1.0)).sqrt();
+    let index = Directions::new(directions, even);
+    let step = (directions.len() / SPACING_SAMPLES).max(1);
+    let mut widths: Vec<f64> = directions
+        .iter()
+        .step_by(step)
+        .filter(|d| d.norm_squared() > 0.25)
+        .filter_map(|d| spacing_at(&index, d, even))
         .collect();
     widths.sort_unstable_by(f64::total_cmp);
     // Without any surroundings: one ray per square of a hundredth of the sphere.
@@ -257,6 +245,32 @@ fn spacing(directions: &[Point3<f64>]) -> f64 {
         .copied()
         .unwrap_or(0.35)
         .clamp(5e-4, 0.5)
+}
+
+/// The second largest distance to the nearest ray of a sector around the ray `d`; `None` at a view's edge.
+fn spacing_at(index: &Directions, d: &Vector3<f64>, even: f64) -> Option<f64> {
+    let (across, up) = basis(d);
+    let mut radius = 3.0 * even;
+    loop {
+        let mut sectors = [f64::INFINITY; SECTORS];
+        index.for_each_within(d, radius, |_, off| {
+            let d2 = off.norm_squared();
+            // The ray itself, and others along the same direction.
+            if d2 > 1e-12 {
+                let slot = &mut sectors[sector(off.dot(&across), off.dot(&up))];
+                *slot = slot.min(d2);
+            }
+        });
+        sectors.sort_unstable_by(f64::total_cmp);
+        let second = sectors[SECTORS - 2].sqrt();
+        if second.is_finite() {
+            return Some(second);
+        }
+        if radius >= WIDEST_GAP_RAD {
+            return None;
+        }
+        radius = (2.0 * radius).min(WIDEST_GAP_RAD);
+    }
 }
 
 #[cfg(test)]

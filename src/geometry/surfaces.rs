@@ -1,7 +1,8 @@
 //! The surfaces a view shows: points thinned to cells, and the plane that each cell lies on.
 
-use super::Grid;
-use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
+use super::principal::Principal;
+use super::{Grid, Voxels, thin};
+use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 
 /// Fewest cells that can say whether a place is flat.
@@ -12,6 +13,8 @@ const FLAT_RATIO: f64 = 0.25;
 const NARROW_RATIO: f64 = 0.2;
 /// Most surface of one ray, in squares of its distance to the next.
 const SHALLOW: f64 = 4.0;
+/// Fewest patches that are worth a task of their own.
+const FEWEST_PER_TASK: usize = 256;
 /// How much further to look where neighbours lie along one scan line.
 const WIDER: f64 = 2.5;
 
@@ -56,6 +59,8 @@ pub struct Surfaces {
     pub patch_of_point: Vec<u32>,
     /// Finds patches by their mean.
     pub grid: Grid,
+    /// Finds the patch whose cell holds a place.
+    pub voxels: Voxels,
     /// Edge of the thinning cells, metres.
     pub cell_m: f64,
 }
@@ -65,17 +70,18 @@ impl Surfaces {
     /// place at range r from `origin` reaches `max(3 cells, 1.6 spacing_rad r)`, so that it spans
     /// neighbouring scan lines, but no further than 1 m.
     pub fn of(points: &[Point3<f64>], origin: &Point3<f64>, spacing_rad: f64, cell_m: f64) -> Self {
-        let (means, counts, patch_of_point) = thin(points, cell_m);
-        let grid = Grid::new(&means, 2.0 * cell_m);
+        let thinned = thin(points, cell_m);
+        let grid = Grid::new(&thinned.points, 2.0 * cell_m);
         let cells = Cells {
-            means: &means,
-            counts: &counts,
+            means: &thinned.points,
+            counts: &thinned.counts,
             grid: &grid,
         };
-        let patches = (0..means.len())
+        let patches = (0..thinned.points.len())
             .into_par_iter()
+            .with_min_len(FEWEST_PER_TASK)
             .map(|at| {
-                let mean = &means[at];
+                let mean = &thinned.points[at];
                 let range_m = (mean - origin).norm();
                 let radius_m = (1.6 * spacing_rad * range_m)
                     .max(3.0 * cell_m)
@@ -87,41 +93,17 @@ impl Surfaces {
             .collect();
         Self {
             patches,
-            patch_of_point,
+            patch_of_point: thinned.member_of,
             grid,
+            voxels: thinned.voxels,
             cell_m,
         }
     }
 }
 
-/// Means of occupied cells in order of their first point, their counts, and the cell of each point.
-fn thin(points: &[Point3<f64>], cell_m: f64) -> (Vec<Point3<f64>>, Vec<usize>, Vec<u32>) {
-    let mut index: std::collections::HashMap<[i64; 3], u32> =
-        std::collections::HashMap::with_capacity(points.len() / 3);
-    let mut sums: Vec<(Vector3<f64>, usize)> = Vec::new();
-    let mut of_point = Vec::with_capacity(points.len());
-    for p in points {
-        let at = |v: f64| (v / cell_m).floor() as i64;
-        let fresh = sums.len() as u32;
-        let slot = *index.entry([at(p.x), at(p.y), at(p.z)]).or_insert(fresh);
-        if slot == fresh {
-            sums.push((Vector3::zeros(), 0));
-        }
-        let (sum, n) = &mut sums[slot as usize];
-        *sum += p.coords;
-        *n += 1;
-        of_point.push(slot);
-    }
-    let means = sums
-        .iter()
-        .map(|(s, n)| Point3::from(s / *n as f64))
-        .collect();
-    (means, sums.iter().map(|(_, n)| *n).collect(), of_point)
-}
-
 /// The patch of cell `at`, seen from `origin`; one of its points stands for `most_m2` at most.
 fn patch(cells: &Cells<'_>, at: usize, origin: &Point3<f64>, radius_m: f64, most_m2: f64) -> Patch {
-    let (mean, count) = (&cells.means[at], cells.counts[at]);
+    let (mean, count) = (&cells.means[at], cells.counts[at] as usize);
     let near = Neighbourhood::of(cells, mean, radius_m);
     // Scan lines lie further apart on a surface met at a shallow angle.
     let around = if near.one_line() && radius_m < 1.0 {
@@ -153,7 +135,7 @@ fn patch(cells: &Cells<'_>, at: usize, origin: &Point3<f64>, radius_m: f64, most
 /// All thinning cells of a view.
 struct Cells<'a> {
     means: &'a [Point3<f64>],
-    counts: &'a [usize],
+    counts: &'a [u32],
     grid: &'a Grid,
 }
 
@@ -172,27 +154,34 @@ impl Neighbourhood {
     fn of(cells: &Cells<'_>, mean: &Point3<f64>, radius_m: f64) -> Self {
         let mut n = 0.0;
         let mut points = 0;
-        let mut sum = Vector3::zeros();
-        let mut square = Matrix3::zeros();
+        let mut sum = [0.0; 3];
+        let mut square = [0.0; 6];
         cells.grid.for_each_within(mean, radius_m, |i, _| {
             let d = cells.means[i] - mean;
             n += 1.0;
             points += cells.counts[i];
-            sum += d;
-            square += d * d.transpose();
+            sum[0] += d.x;
+            sum[1] += d.y;
+            sum[2] += d.z;
+            square[0] += d.x * d.x;
+            square[1] += d.x * d.y;
+            square[2] += d.x * d.z;
+            square[3] += d.y * d.y;
+            square[4] += d.y * d.z;
+            square[5] += d.z * d.z;
         });
-        let shift = sum / n;
-        let covariance = square / n - shift * shift.transpose();
-        let eigen = SymmetricEigen::new(covariance);
-        let mut axes = [0, 1, 2];
-        axes.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+        let shift = Vector3::from(sum) / n;
+        let [xx, xy, xz, yy, yz, zz] = square;
+        let covariance = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) / n
+            - shift * shift.transpose();
+        let principal = Principal::of(&covariance);
         Self {
             n,
-            points: points as f64,
+            points: f64::from(points),
             radius_m,
             shift,
-            normal: eigen.eigenvectors.column(axes[0]).into_owned(),
-            deviations: axes.map(|axis| eigen.eigenvalues[axis].max(0.0).sqrt()),
+            normal: principal.least_axis,
+            deviations: principal.variances.map(f64::sqrt),
         }
     }
 
