@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// Deviations below this many sigmas are not looked into further: no setting grows from so little.
-const SURELY_SAME: f64 = 2.0;
+const SURELY_SAME: f64 = 2.4;
 
 /// What the other view says about a point's place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,9 +88,12 @@ impl Judge<'_> {
             return Evidence::none(Sight::Unseen);
         }
         let d = view / range_m;
-        let look = rays.look(&d);
         let own_range_m = (own - own_origin).norm();
         let noise_m = self.noise_m(own_range_m, range_m);
+        if self.on_surface(&p, &d, range_m, noise_m) {
+            return Evidence::none(Sight::Same);
+        }
+        let look = rays.look(&d);
         let hole_rad = self.settings.hole_spacings * rays.spacing_rad;
         let Some((nearest, _)) = look.nearest.filter(|n| n.1 <= hole_rad) else {
             return self.judge_hole(&p, &d, range_m, noise_m, own);
@@ -146,6 +149,38 @@ impl Judge<'_> {
         }
     }
 
+    /// Whether the place surely lies on a surface that the other view saw in the same cell or one beside it. Most
+    /// places do, and need no further look.
+    fn on_surface(&self, p: &Point3<f64>, d: &Vector3<f64>, range_m: f64, noise_m: f64) -> bool {
+        let surfaces = &self.other.surfaces;
+        let beside_m = surfaces.cell_m + self.other.rays.spacing_rad * range_m;
+        let on = |place: &Point3<f64>| {
+            let patch = surfaces
+                .voxels
+                .find(place)
+                .and_then(|cell| surfaces.patches.get(cell));
+            patch.is_some_and(|patch| {
+                let off2 = (patch.mean - p).norm_squared();
+                if !patch.flat {
+                    let within_m = 0.5 * surfaces.cell_m + SURELY_SAME * noise_m;
+                    return off2 < within_m * within_m;
+                }
+                let across_m = patch.normal.dot(d) * noise_m;
+                // The registration's own error could only make it more so.
+                let sigma_m = self.height_sigma_m(across_m, 0.0, patch);
+                patch.height_m(p).abs() < SURELY_SAME * sigma_m && off2 < beside_m * beside_m
+            })
+        };
+        on(p)
+            || [0, 1, 2].into_iter().any(|axis| {
+                [-surfaces.cell_m, surfaces.cell_m].into_iter().any(|step| {
+                    let mut place = *p;
+                    place[axis] += step;
+                    on(&place)
+                })
+            })
+    }
+
     /// A direction without any ray: free only if rays stand all around it.
     fn judge_hole(
         &self,
@@ -190,7 +225,7 @@ impl Judge<'_> {
         registration_m: f64,
     ) -> (f64, f64) {
         let other = self.other;
-        let plain = |end: f64| (end - range_m, noise_m.hypot(registration_m));
+        let plain = |end: f64| (end - range_m, norm3(noise_m, registration_m, 0.0));
         if other.rays.range_m(ray).is_infinite() {
             return plain(self.end_m(ray));
         }
@@ -224,7 +259,7 @@ impl Judge<'_> {
     ) -> f64 {
         let surfaces = &self.other.surfaces;
         let most = self.settings.most_sigmas;
-        let sigma_m = noise_m.hypot(registration_m);
+        let sigma_m = norm3(noise_m, registration_m, 0.0);
         let spacing_m = self.other.rays.spacing_rad * (p - self.other.rays.origin()).norm();
         let reach_m = (most * sigma_m).max(spacing_m).clamp(
             2.0 * surfaces.cell_m,
@@ -240,7 +275,7 @@ impl Judge<'_> {
                 let beyond = (beside - surfaces.cell_m - spacing_m).max(0.0);
                 let across = patch.normal.dot(d) * noise_m;
                 let sigma_height = self.height_sigma_m(across, registration_m, patch);
-                (height / sigma_height).hypot(beyond / sigma_m)
+                norm3(height / sigma_height, beyond / sigma_m, 0.0)
             } else {
                 (d2.sqrt() - 0.5 * surfaces.cell_m).max(0.0) / sigma_m
             };
@@ -251,17 +286,16 @@ impl Judge<'_> {
 
     /// Standard deviation of a height over `patch`.
     fn height_sigma_m(&self, across_m: f64, registration_m: f64, patch: &Patch) -> f64 {
-        across_m
-            .hypot(patch.roughness_m)
-            .hypot(registration_m)
+        norm3(across_m, patch.roughness_m, registration_m)
             .max(self.between.map_or(0.0, |b| b.height_m))
     }
 
     fn noise_m(&self, own_range_m: f64, other_range_m: f64) -> f64 {
-        let both = self
-            .own_noise
-            .sigma_m(own_range_m)
-            .hypot(self.other.noise.sigma_m(other_range_m));
+        let both = norm3(
+            self.own_noise.sigma_m(own_range_m),
+            self.other.noise.sigma_m(other_range_m),
+            0.0,
+        );
         self.between
             .map_or(both, |law| both.max(law.ranges.sigma_m(other_range_m)))
     }
@@ -271,4 +305,10 @@ impl Judge<'_> {
         self.registration
             .sigma_m(&(self.reference_from_own * own), &(turn * d_other))
     }
+}
+
+/// Lengths that add as squares; none is near the ends of the number range.
+#[inline]
+fn norm3(a: f64, b: f64, c: f64) -> f64 {
+    (a * a + b * b + c * c).sqrt()
 }
