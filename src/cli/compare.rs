@@ -225,7 +225,7 @@ fn compare(pair: &Pair, settings: &Settings) -> Result<Compared, Failure> {
     let engine = settings.engine(None);
     let seed = settings.mixture.seed;
     let named = |error| Failure::Failed(format!("{}: {error}", pair.name));
-    watch.fit();
+    watch.reference();
     let prepared = prepare(&then, &engine, seed).map_err(named)?;
     let inspection = inspect(&prepared, &now, &engine, seed, &mut |stage| {
         watch.stage(stage)

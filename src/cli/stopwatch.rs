@@ -10,7 +10,9 @@ use std::time::Instant;
 pub struct Timing {
     /// Reading the files.
     pub load: f64,
-    /// Indexing and modelling both views.
+    /// Making the reference ready: indexed and modelled. A stored one keeps this for all its revisits.
+    pub reference: f64,
+    /// Indexing and modelling the current view.
     pub fit: f64,
     /// Bringing them together.
     pub register: f64,
@@ -27,6 +29,7 @@ pub struct Timing {
 #[derive(Debug, Clone, Copy)]
 enum Lap {
     Load,
+    Reference,
     Fit,
     Register,
     Distance,
@@ -52,9 +55,9 @@ impl Stopwatch {
         }
     }
 
-    /// The views are being indexed and modelled from now on.
-    pub fn fit(&mut self) {
-        self.begin(Lap::Fit);
+    /// The reference is being made ready from now on.
+    pub fn reference(&mut self) {
+        self.begin(Lap::Reference);
     }
 
     /// The inspection has come to this stage.
@@ -80,6 +83,7 @@ impl Stopwatch {
         let timing = &mut self.timing;
         *match self.lap {
             Lap::Load => &mut timing.load,
+            Lap::Reference => &mut timing.reference,
             Lap::Fit => &mut timing.fit,
             Lap::Register => &mut timing.register,
             Lap::Distance => &mut timing.distance,

@@ -3,7 +3,7 @@
 //! Robust point-to-plane iterations on flat places, with a gate that narrows, from several starts;
 //! the start that explains the largest share of the current surface wins.
 
-use super::{Grid, Patch, Pose, RollPitchYaw, Surfaces};
+use super::{Landmarks, Patch, Pose, RollPitchYaw, Surfaces};
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3, Vector6};
 use rayon::prelude::*;
 
@@ -88,13 +88,14 @@ impl Registration {
 /// surfaces count as the same at the end (some three sigmas of the noise). `current` may be known
 /// to stand off: `guess` maps reference to current coordinates.
 pub fn register(
-    reference: &Surfaces,
+    reference: &Landmarks,
     current: &Surfaces,
     guess: &Pose,
     gate_m: f64,
     settings: &RegistrationSettings,
 ) -> Registration {
-    let scene = Scene::new(reference);
+    let scene = Scene(reference);
+    let (rough, exact): (Find, Find) = (Landmarks::roughly, Landmarks::exactly);
     let flat: Vec<Point3<f64>> = current
         .patches
         .iter()
@@ -112,14 +113,14 @@ pub fn register(
         .iter()
         .map(|gate| (start, *gate))
         .collect();
-    let mut best = (start, scene.agreement(&few, &start, gate_m));
+    let mut best = (start, scene.agreement(&few, &start, gate_m, rough));
     for round in 0..2 {
         // In parallel, judged in the order of the starts: the answer never depends on threads.
         let found: Vec<(Pose, f64)> = starts
             .par_iter()
             .map(|(from, first_gate_m)| {
-                let pose = scene.anneal(&few, *from, *first_gate_m, gate_m, settings);
-                (pose, scene.agreement(&few, &pose, gate_m))
+                let pose = scene.anneal(&few, *from, *first_gate_m, gate_m, rough, settings);
+                (pose, scene.agreement(&few, &pose, gate_m, rough))
             })
             .collect();
         for candidate in found {
@@ -145,10 +146,10 @@ pub fn register(
             })
             .collect();
     }
-    let pose = scene.anneal(&many, best.0, gate_m, gate_m, settings);
-    let normal = scene.normal_equations(&many, &pose, gate_m);
+    let pose = scene.anneal(&many, best.0, gate_m, gate_m, exact, settings);
+    let normal = scene.normal_equations(&many, &pose, gate_m, exact);
     let last_step = normal.step(settings, gate_m);
-    let share = scene.agreement(&many, &pose, gate_m);
+    let share = scene.agreement(&many, &pose, gate_m, exact);
     let inverse = pose.inverse();
     Registration {
         current_from_reference: inverse,
@@ -167,58 +168,21 @@ fn jacobian(u: &Vector3<f64>, p: &Point3<f64>) -> Vector6<f64> {
     Vector6::new(u.x, u.y, u.z, turn.x, turn.y, turn.z)
 }
 
-/// The reference's flat places, ready to be matched.
-struct Scene<'a> {
-    flat: Vec<&'a Patch>,
-    fine: Grid,
-    coarse: Grid,
-    coarse_of: Vec<u32>,
-    reach_m: f64,
-}
+/// How planes are found: fast while poses are guesses, exactly in the end.
+type Find = for<'a> fn(&'a Landmarks, &Point3<f64>, f64) -> Option<&'a Patch>;
 
-impl<'a> Scene<'a> {
-    fn new(surfaces: &'a Surfaces) -> Self {
-        let flat: Vec<&Patch> = surfaces.patches.iter().filter(|p| p.flat).collect();
-        let means: Vec<Point3<f64>> = flat.iter().map(|p| p.mean).collect();
-        // Every fourth cell per axis is enough while the gate is wide.
-        let edge = 4.0 * surfaces.cell_m;
-        let mut seen = std::collections::HashSet::new();
-        let coarse_of: Vec<u32> = (0..means.len() as u32)
-            .filter(|i| {
-                let m = &means[*i as usize];
-                seen.insert([m.x, m.y, m.z].map(|v| (v / edge).floor() as i64))
-            })
-            .collect();
-        let coarse_means: Vec<Point3<f64>> = coarse_of.iter().map(|i| means[*i as usize]).collect();
-        Self {
-            fine: Grid::new(&means, 2.0 * surfaces.cell_m),
-            coarse: Grid::new(&coarse_means, 2.0 * edge),
-            coarse_of,
-            reach_m: 2.0 * surfaces.cell_m,
-            flat,
-        }
-    }
+/// What is asked of the reference.
+struct Scene<'a>(&'a Landmarks);
 
-    /// The plane that the place `p` belongs to, at most `gate_m` away.
-    fn plane_at(&self, p: &Point3<f64>, gate_m: f64) -> Option<&Patch> {
-        let found = if gate_m > self.reach_m {
-            let (i, _) = self.coarse.nearest(p, gate_m + 2.0 * self.reach_m)?;
-            self.coarse_of[i] as usize
-        } else {
-            self.fine.nearest(p, gate_m + self.reach_m)?.0
-        };
-        let patch = self.flat[found];
-        (patch.height_m(p).abs() < gate_m).then_some(patch)
-    }
-
+impl Scene<'_> {
     /// Mean over the places of 1 - (height / gate)^2, none counting as 0: high where many places
     /// lie well on the reference's surfaces.
-    fn agreement(&self, places: &[Point3<f64>], pose: &Pose, gate_m: f64) -> f64 {
+    fn agreement(&self, places: &[Point3<f64>], pose: &Pose, gate_m: f64, find: Find) -> f64 {
         let sum: f64 = places
             .iter()
             .map(|p| {
                 let p = pose * p;
-                self.plane_at(&p, gate_m).map_or(0.0, |patch| {
+                find(self.0, &p, gate_m).map_or(0.0, |patch| {
                     let e = patch.height_m(&p) / gate_m;
                     1.0 - e * e
                 })
@@ -233,13 +197,14 @@ impl<'a> Scene<'a> {
         from: Pose,
         first_gate_m: f64,
         last_gate_m: f64,
+        find: Find,
         settings: &RegistrationSettings,
     ) -> Pose {
         let mut pose = from;
         let mut gate_m = first_gate_m.max(last_gate_m);
         loop {
             for _ in 0..settings.iterations {
-                let normal = self.normal_equations(places, &pose, gate_m);
+                let normal = self.normal_equations(places, &pose, gate_m, find);
                 let step = normal.step(settings, gate_m);
                 pose = exponential(&step) * pose;
                 if step.norm() < 1e-5 {
@@ -258,11 +223,12 @@ impl<'a> Scene<'a> {
         places: &[Point3<f64>],
         pose: &Pose,
         gate_m: f64,
+        find: Find,
     ) -> NormalEquations {
         let mut sums = NormalEquations::default();
         for p in places {
             let p = pose * p;
-            let Some(patch) = self.plane_at(&p, gate_m) else {
+            let Some(patch) = find(self.0, &p, gate_m) else {
                 continue;
             };
             let e = patch.height_m(&p);
@@ -374,7 +340,7 @@ fn exponential(step: &Vector6<f64>) -> Pose {
 #[cfg(test)]
 mod tests {
     use super::{RegistrationSettings, register};
-    use crate::geometry::{Pose, RollPitchYaw, Surfaces};
+    use crate::geometry::{Landmarks, Pose, RollPitchYaw, Surfaces};
     use nalgebra::Point3;
     use proptest::prelude::*;
 
@@ -398,6 +364,10 @@ mod tests {
         points
     }
 
+    fn landmarks(points: &[Point3<f64>]) -> Landmarks {
+        Landmarks::of(&surfaces(points))
+    }
+
     fn surfaces(points: &[Point3<f64>]) -> Surfaces {
         Surfaces::of(points, &Point3::origin(), 0.02, 0.08)
     }
@@ -413,7 +383,7 @@ mod tests {
             let reference = room();
             let current: Vec<_> = reference.iter().map(|p| truth * p).collect();
             let found = register(
-                &surfaces(&reference), &surfaces(&current), &Pose::identity(), 0.03,
+                &landmarks(&reference), &surfaces(&current), &Pose::identity(), 0.03,
                 &RegistrationSettings::default(),
             );
             let off = found.current_from_reference * truth.inverse();
@@ -432,7 +402,7 @@ mod tests {
             .collect();
         let s = surfaces(&corridor);
         let found = register(
-            &s,
+            &Landmarks::of(&s),
             &s,
             &Pose::identity(),
             0.03,

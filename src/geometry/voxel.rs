@@ -28,7 +28,8 @@ pub struct Voxels {
 }
 
 impl Voxels {
-    fn new(voxel_m: f64, expected: usize) -> Self {
+    /// A table for about `expected` voxels of side `voxel_m` (above zero), none occupied yet.
+    pub(super) fn new(voxel_m: f64, expected: usize) -> Self {
         let size = (2 * expected + 16).next_power_of_two();
         Self {
             inverse: 1.0 / voxel_m,
@@ -65,8 +66,25 @@ impl Voxels {
         [at(p.x), at(p.y), at(p.z)]
     }
 
+    /// The voxel that holds `place` and the 26 around it, each with its middle.
+    pub(super) fn around(&self, place: &Point3<f64>) -> [([i32; 3], Point3<f64>); 27] {
+        let [x, y, z] = self.cell_of(place);
+        std::array::from_fn(|n| {
+            let n = n as i32;
+            let cell = [
+                x.saturating_add(n % 3 - 1),
+                y.saturating_add(n / 3 % 3 - 1),
+                z.saturating_add(n / 9 - 1),
+            ];
+            (
+                cell,
+                Point3::from(cell.map(|c| (f64::from(c) + 0.5) / self.inverse)),
+            )
+        })
+    }
+
     /// Index of the voxel `cell`, which is `fresh` if nobody stood there.
-    fn enter(&mut self, cell: [i32; 3], fresh: u32) -> u32 {
+    pub(super) fn enter(&mut self, cell: [i32; 3], fresh: u32) -> u32 {
         if 2 * self.used >= self.slots.len() {
             self.grow();
         }

@@ -7,7 +7,7 @@ use super::{
     Evidence, Judge, Kind, Model, Novelty, NoveltyError, Prepared, Segmentation, Settings, Sight,
     Thing, Verdict, moved, noise, segment,
 };
-use crate::geometry::{NoiseLaw, Pose, Registration, View, register};
+use crate::geometry::{Landmarks, NoiseLaw, Pose, Registration, View, register};
 use crate::mixture::{Components, FitSettings, Gaussian, Mixture, fit, split_until_flat};
 use nalgebra::Point3;
 
@@ -29,6 +29,8 @@ pub enum Stage {
 pub struct Reference {
     /// The view, its rays, surfaces and noise.
     pub prepared: Prepared,
+    /// Its flat places, ready for registrations.
+    pub landmarks: Landmarks,
     /// Its mixture (Gamma of Algorithm 1).
     pub mixture: Mixture,
 }
@@ -41,7 +43,11 @@ impl Reference {
     pub fn prepare(view: &View, settings: &Settings, seed: u64) -> Result<Self, NoveltyError> {
         let prepared = Prepared::of(view, "reference", &settings.evidence)?;
         let mixture = model(&prepared, settings, seed)?;
-        Ok(Self { prepared, mixture })
+        Ok(Self {
+            landmarks: Landmarks::of(&prepared.surfaces),
+            prepared,
+            mixture,
+        })
     }
 }
 
@@ -93,7 +99,7 @@ pub fn detect(
     let then = &reference.prepared;
 
     observer(Stage::Register);
-    let pair = Pair::register(then, &now, settings);
+    let pair = Pair::register(reference, &now, settings);
 
     observer(Stage::Segment);
     let evidence = pair.judge(settings);
@@ -172,14 +178,15 @@ pub struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    fn register(then: &'a Prepared, now: &'a Prepared, settings: &Settings) -> Self {
+    fn register(reference: &'a Reference, now: &'a Prepared, settings: &Settings) -> Self {
+        let then = &reference.prepared;
         let sigma_m = then
             .noise
             .sigma_m(then.middle_range_m)
             .hypot(now.noise.sigma_m(now.middle_range_m));
         let gate_m = (settings.evidence.gate_sigmas * sigma_m).max(settings.evidence.least_gate_m);
         let registration = register(
-            &then.surfaces,
+            &reference.landmarks,
             &now.surfaces,
             &Pose::identity(),
             gate_m,
