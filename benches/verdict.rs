@@ -1,0 +1,69 @@
+//! How long a revisit takes to be judged, stage by stage, and how that grows with the sweep: 20, 82 and 300 thousand
+//! beams, one thread and two. The place is a shipped scene with a person in it, swept as the sensor would.
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use patrold::geometry::View;
+use patrold::novelty::{Prepared, detect};
+use patrold::patrol::{EngineSettings, inspect, prepare};
+use patrold::world::{MountGeometry, NoiseOptions, Robot, Scene, Stand, SweepRows, sample_view};
+use std::path::Path;
+use std::time::Duration;
+
+/// Lines of a sweep; each has 683 beams.
+const LINES: [usize; 3] = [30, 120, 440];
+
+fn swept(name: &str, lines: usize, seed: u64, shift_m: f64) -> View {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes");
+    let load = |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
+    let scene = Scene::resolve(name, &load).expect("a shipped scene");
+    let world = scene.build(None).expect("builds");
+    let mut robot = Robot {
+        pose: scene.map_from_base,
+        mount: MountGeometry::default(),
+    };
+    let at = &scene.map_from_base;
+    robot.drive_to(Stand {
+        x_m: at.translation.x + shift_m,
+        y_m: at.translation.y,
+        yaw_rad: at.rotation.euler_angles().2 + shift_m,
+    });
+    let rows = SweepRows::evenly(-35.0, 25.0, lines).starting_at(Duration::from_secs(seed));
+    sample_view(&world, &robot, &rows, &NoiseOptions::seeded(seed)).view
+}
+
+fn verdict(criterion: &mut Criterion) {
+    let settings = EngineSettings::standard();
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("a pool");
+        for lines in LINES {
+            let reference = swept("corridor.toml", lines, 1, 0.0);
+            let current = swept("corridor-person.toml", lines, 2, 0.03);
+            let beams = (lines * 683) as u64;
+            let stored = pool.install(|| prepare(&reference, &settings, 7)).expect("ready");
+            let mut group = criterion.benchmark_group(format!("threads_{threads}"));
+            group.sample_size(20).throughput(Throughput::Elements(beams));
+            group.bench_function(BenchmarkId::new("reference", beams), |b| {
+                b.iter(|| pool.install(|| prepare(&reference, &settings, 7)));
+            });
+            group.bench_function(BenchmarkId::new("fit", beams), |b| {
+                b.iter(|| {
+                    pool.install(|| Prepared::of(&current, "current", &settings.novelty.evidence))
+                });
+            });
+            group.bench_function(BenchmarkId::new("without_shapes", beams), |b| {
+                b.iter(|| {
+                    pool.install(|| detect(&stored, &current, &settings.novelty, 7, &mut |_| {}))
+                });
+            });
+            group.bench_function(BenchmarkId::new("verdict", beams), |b| {
+                b.iter(|| pool.install(|| inspect(&stored, &current, &settings, 7, &mut |_| {})));
+            });
+        }
+    }
+}
+
+criterion_group!(benches, verdict);
+criterion_main!(benches);
