@@ -17,7 +17,7 @@ pub use landmarks::Landmarks;
 pub use mount::Mount;
 pub use neighbours::Grid;
 pub use pose::{Pose, RollPitchYaw};
-pub use rays::{Look, Rays, SECTORS};
+pub use rays::{Fan, Look, Rays, SECTORS};
 pub use registration::{Registration, RegistrationSettings, register};
 pub use surfaces::{Patch, Surfaces};
 pub use view::{NoiseLaw, View};

@@ -1,7 +1,7 @@
 //! The spherical index of a view: along which directions did it look, and how far did it see?
 
-use super::View;
 use super::directions::Directions;
+use super::{View, thin};
 use nalgebra::{Point3, Vector3};
 
 /// Directions around a query are sorted into this many equal sectors.
@@ -47,8 +47,21 @@ pub struct Look {
     pub filled: usize,
 }
 
-impl Rays {
-    /// Indexes `view`. Points at the origin itself have no direction and are never found.
+/// The directions of a view before they are indexed, and how far apart they lie.
+#[derive(Debug, Clone)]
+pub struct Fan {
+    origin: Point3<f64>,
+    directions: Vec<Vector3<f64>>,
+    ranges_m: Vec<f64>,
+    /// See [`Rays::spacing_rad`].
+    pub spacing_rad: f64,
+    /// Median of the ranges that are any, metres.
+    pub middle_range_m: f64,
+    reach_m: f64,
+}
+
+impl Fan {
+    /// Directions and ranges of `view`. Points at the origin itself have no direction and are never found.
     pub fn of(view: &View) -> Self {
         let mut directions = Vec::with_capacity(view.points.len() + view.no_return.len());
         let mut ranges_m = Vec::with_capacity(directions.capacity());
@@ -62,31 +75,46 @@ impl Rays {
                 Vector3::zeros()
             });
         }
+        let mut sorted = ranges_m.clone();
         for d in &view.no_return {
             directions.push(d.into_inner());
             ranges_m.push(f64::INFINITY);
         }
-        let spacing_rad = spacing(&directions);
+        Self {
+            origin: view.origin,
+            spacing_rad: spacing(&directions),
+            middle_range_m: quantile(&mut sorted, 0.5),
+            reach_m: if view.no_return.is_empty() {
+                quantile(&mut sorted, 0.99)
+            } else {
+                view.free_range_m
+            },
+            directions,
+            ranges_m,
+        }
+    }
+}
+
+impl Rays {
+    /// Indexes the directions of a view.
+    pub fn of(fan: Fan) -> Self {
+        let (directions, spacing_rad) = (fan.directions, fan.spacing_rad);
         let index = Directions::new(&directions, INDEX_SPACINGS * spacing_rad);
         let coarse_width = COARSE_SPACINGS * spacing_rad;
-        let mut seen = std::collections::HashSet::new();
-        let coarse: Vec<Vector3<f64>> = directions
+        let places: Vec<Point3<f64>> = directions.iter().map(|d| Point3::from(*d)).collect();
+        let coarse: Vec<Vector3<f64>> = thin(&places, coarse_width)
+            .points
             .iter()
-            .filter(|d| seen.insert([d.x, d.y, d.z].map(|v| (v / coarse_width).floor() as i32)))
-            .copied()
+            .filter_map(|p| p.coords.try_normalize(0.5))
             .collect();
         let mut rays = Self {
-            origin: view.origin,
+            origin: fan.origin,
             mean_density_per_sr: 0.0,
             coarse: Directions::new(&coarse, 3.0 * coarse_width),
             index,
             spacing_rad,
-            reach_m: if view.no_return.is_empty() {
-                far(&ranges_m)
-            } else {
-                view.free_range_m
-            },
-            ranges_m,
+            reach_m: fan.reach_m,
+            ranges_m: fan.ranges_m,
         };
         rays.mean_density_per_sr = rays.mean_density(&directions);
         rays
@@ -216,14 +244,13 @@ fn sector(x: f64, y: f64) -> usize {
     }
 }
 
-/// 99th percentile of the ranges that are any.
-fn far(ranges_m: &[f64]) -> f64 {
-    let mut finite: Vec<f64> = ranges_m.iter().copied().filter(|r| r.is_finite()).collect();
-    if finite.is_empty() {
+/// The value below which the share `at` of `values` lies; 0 without any. Leaves them in another order.
+fn quantile(values: &mut [f64], at: f64) -> f64 {
+    if values.is_empty() {
         return 0.0;
     }
-    let at = (finite.len() * 99 / 100).min(finite.len() - 1);
-    *finite.select_nth_unstable_by(at, f64::total_cmp).1
+    let index = ((values.len() as f64 * at) as usize).min(values.len() - 1);
+    *values.select_nth_unstable_by(index, f64::total_cmp).1
 }
 
 /// Median over a sample of rays of the second largest distance to the nearest ray of a sector.
@@ -275,7 +302,7 @@ fn spacing_at(index: &Directions, d: &Vector3<f64>, even: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::Rays;
+    use super::{Fan, Rays};
     use crate::geometry::View;
     use nalgebra::{Point3, Vector3};
 
@@ -300,14 +327,14 @@ mod tests {
 
     #[test]
     fn spacing_is_that_between_rings() {
-        let rays = Rays::of(&rings());
+        let rays = Rays::of(Fan::of(&rings()));
         assert!((1.9..2.4).contains(&rays.spacing_rad.to_degrees()));
         assert!((rays.reach_m - 3.0).abs() < 1e-9);
     }
 
     #[test]
     fn a_direction_between_rings_is_looked_at_from_all_sides_and_one_above_is_not() {
-        let rays = Rays::of(&rings());
+        let rays = Rays::of(Fan::of(&rings()));
         let between = Vector3::new(1.0, 0.0, 1.0_f64.to_radians().tan()).normalize();
         let look = rays.look(&between);
         assert!(look.filled >= 6, "{look:?}");

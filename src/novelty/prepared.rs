@@ -1,7 +1,7 @@
 //! A view made ready to be compared: its rays indexed, its surfaces and its noise known.
 
 use super::{EvidenceSettings, NoveltyError, noise};
-use crate::geometry::{NoiseLaw, Rays, Surfaces, View};
+use crate::geometry::{Fan, NoiseLaw, Rays, Surfaces, View};
 
 /// Fewest points with which a view says anything.
 const FEWEST_POINTS: usize = 20;
@@ -47,12 +47,14 @@ impl Prepared {
         {
             return Err(NoveltyError::NotFinite { which, at });
         }
-        let rays = Rays::of(view);
-        let mut ranges: Vec<f64> = (0..got).map(|i| rays.range_m(i)).collect();
-        let middle_range_m = *ranges.select_nth_unstable_by(got / 2, f64::total_cmp).1;
-        let cell_m = (0.5 * rays.spacing_rad * middle_range_m)
+        let fan = Fan::of(view);
+        let (spacing_rad, middle_range_m) = (fan.spacing_rad, fan.middle_range_m);
+        let cell_m = (0.5 * spacing_rad * middle_range_m)
             .clamp(settings.least_cell_m, settings.most_cell_m);
-        let surfaces = Surfaces::of(&view.points, &view.origin, rays.spacing_rad, cell_m);
+        let (rays, surfaces) = rayon::join(
+            || Rays::of(fan),
+            || Surfaces::of(&view.points, &view.origin, spacing_rad, cell_m),
+        );
         let floor = settings.least_noise;
         let found = view
             .noise

@@ -73,7 +73,8 @@ pub fn quantify(
     current: &Side<'_>,
     settings: &QuantifySettings,
 ) -> Result<Balance, NoveltyError> {
-    let sides = [Share::of(reference), Share::of(current)];
+    let (then, now) = rayon::join(|| Share::of(reference), || Share::of(current));
+    let sides = [then, now];
     let mut balance = Balance {
         d: 0.0,
         work_m3: 0.0,
@@ -88,11 +89,16 @@ pub fn quantify(
         return Ok(balance);
     }
     let wide = widened(mixture, reference.own, current.own);
-    let weights = [
-        sides[0].background_weights(&wide)?,
-        sides[1].background_weights(&wide)?,
-    ];
-    let unsure = unsure_weights(&wide, &sides)?;
+    let ((then, now), unsure) = rayon::join(
+        || {
+            rayon::join(
+                || sides[0].background_weights(&wide),
+                || sides[1].background_weights(&wide),
+            )
+        },
+        || unsure_weights(&wide, &sides),
+    );
+    let (weights, unsure) = ([then?, now?], unsure?);
     let [then, now] = explained_by_sampling(
         weights,
         &unsure,

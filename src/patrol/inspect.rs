@@ -5,6 +5,7 @@ use crate::geometry::View;
 use crate::novelty::{self, Detection, Kind, Novelty, NoveltyError, Reference, detect};
 use crate::shape::{BeamDensity, Retrieval, ShapeSettings, retrieve};
 use nalgebra::{Unit, Vector3};
+use rayon::prelude::*;
 
 /// The step that begins; lets the caller time them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -60,7 +61,7 @@ pub fn inspect(
     observer(Stage::Shape);
     let retrievals = detection
         .novelties
-        .iter()
+        .par_iter()
         .map(|novelty| shape_of(novelty, &detection, reference, current, settings, seed))
         .collect();
     Ok(Inspection {

@@ -70,9 +70,13 @@ pub fn retrieve(
     } else {
         own
     };
-    let found = candidates(points, &moments, sensor_origin, noise_m, settings);
-    let covariance = told(points, sensor_origin, found, noise_m, settings);
-    let ransac = by_consensus(points, mixture, sensor_origin, noise_m, settings, seed);
+    let (covariance, ransac) = rayon::join(
+        || {
+            let found = candidates(points, &moments, sensor_origin, noise_m, settings);
+            told(points, sensor_origin, found, noise_m, settings)
+        },
+        || by_consensus(points, mixture, sensor_origin, noise_m, settings, seed),
+    );
     let chosen = match settings.choice {
         Choice::Auto => covariance.as_ref().or(ransac.as_ref()),
         Choice::Covariance => covariance.as_ref(),
