@@ -20,4 +20,5 @@ pub mod store;
 pub mod world;
 pub mod devices;
 pub mod service;
+pub mod evaluate;
 pub mod cli;

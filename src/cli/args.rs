@@ -2,8 +2,8 @@
 
 use super::failure::Outcome;
 use super::{
-    alarms, compare, config, demo, devices, distance, emulate, fit, rejudge, run as service,
-    shapes, sweep, teach, visit, waypoints,
+    alarms, compare, config, demo, devices, distance, emulate, evaluate, fit, rejudge,
+    run as service, shapes, sweep, teach, visit, waypoints,
 };
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -46,6 +46,8 @@ enum Command {
     Waypoints(waypoints::WaypointsArgs),
     /// The alarm log: list, show, ack, export
     Alarms(alarms::AlarmsArgs),
+    /// The engine on hundreds of simulated pairs, and how often it is right
+    Evaluate(evaluate::EvaluateArgs),
     /// Judge a stored sweep again, under the settings in force now; nothing is written
     Rejudge(rejudge::RejudgeArgs),
 }
@@ -67,6 +69,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Config(args) => config::run(args),
         Command::Waypoints(args) => waypoints::run(args),
         Command::Alarms(args) => alarms::run(args),
+        Command::Evaluate(args) => evaluate::run(args),
         Command::Rejudge(args) => rejudge::run(args),
     };
     match outcome {

@@ -12,6 +12,7 @@ mod demo;
 mod devices;
 mod distance;
 mod emulate;
+mod evaluate;
 mod failure;
 mod files;
 mod fit;

@@ -13,6 +13,7 @@ mod record;
 pub use assemble::{Sweep, SweepError, assemble, assemble_with};
 pub use attitude::{Attitude, AttitudeError};
 pub use clock::{ClockError, SensorClock};
+pub use constants::{FREE_RANGE_M, URG_NOISE};
 pub use lines::LegLines;
 pub use quality::Quality;
 pub use raw::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};

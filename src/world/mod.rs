@@ -28,3 +28,7 @@ pub use noise::{NoiseOptions, TrueBeam};
 pub use robot::{MountGeometry, Robot, Stand, azimuth_rad};
 pub use sample::{SampledView, SweepRows, sample_view};
 pub use scene::{CloudPlace, Object, Scene, SceneChange, SceneError};
+pub use tables::{
+    BoxTable, ConeTable, CylinderTable, DoorTable, Opening, PersonTable, PlaneTable, RoomTable,
+    SphereTable, Wall,
+};

@@ -1,4 +1,9 @@
-//! The tables of scene files: one struct each, its keys and their defaults.
+//! The tables of scene files: one struct each, its keys and their defaults. Metres; degrees in keys that say so; places
+//! on the map.
+#![allow(
+    missing_docs,
+    reason = "keys are documented where their name and the units above do not say all"
+)]
 
 use serde::Deserialize;
 

@@ -6,13 +6,19 @@ use super::source::Source;
 pub type Rule = fn(&Source) -> Vec<String>;
 
 /// The rooms in the order in which data walks them; a room may use itself and those before it.
-pub const CORRIDOR: [&str; 16] = [
+pub const CORRIDOR: [&str; 17] = [
     "geometry", "formats", "scan", "sweep", "mixture", "distance", "novelty", "shape", "alarm",
-    "patrol", "config", "store", "world", "devices", "service", "cli",
+    "patrol", "config", "store", "world", "devices", "service", "evaluate", "cli",
 ];
 
 /// Rooms that use less than their place in the corridor would let them.
-const NARROWER: [(&str, &[&str]); 1] = [("world", &["geometry", "formats"])];
+const NARROWER: [(&str, &[&str]); 2] = [
+    ("world", &["geometry", "formats"]),
+    (
+        "evaluate",
+        &["geometry", "formats", "sweep", "novelty", "patrol", "world"],
+    ),
+];
 
 /// Outside crates, and the folders that may name them.
 const HOMES: [(&str, &[&str]); 3] = [

@@ -1,0 +1,203 @@
+//! The command itself: which pairs, judged how, on how many threads.
+
+use super::tell;
+use crate::cli::failure::{DONE, Failure, Outcome as Ended};
+use crate::cli::{output, progress};
+use crate::evaluate::{
+    Amounts, Change, Engine, Given, Kind, Outcome, Pair, Planned, Sensor, judge, plan, score,
+};
+use clap::{Args, ValueEnum};
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Arguments of `evaluate`.
+#[derive(Debug, Args)]
+pub struct EvaluateArgs {
+    /// Quiet pairs; large changes as many, in equal parts; balls a third, in equal parts; held-out ones a fifth of each
+    #[arg(long, value_name = "N", default_value_t = 300)]
+    pairs: usize,
+    /// Seed of everything random
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Which engine
+    #[arg(long, value_enum, default_value_t = EngineArg::Standard)]
+    engine: EngineArg,
+    /// What the engine is given: points alone, or all that a sweep of our own knows
+    #[arg(long, value_enum, default_value_t = ViewArg::Both)]
+    view: ViewArg,
+    /// Only pairs in such a place (may be repeated)
+    #[arg(long, value_name = "NAME", value_parser = place)]
+    place: Vec<Kind>,
+    /// Only pairs with such a sensor (may be repeated)
+    #[arg(long, value_name = "NAME", value_parser = sensor)]
+    sensor: Vec<Sensor>,
+    /// Only such pairs
+    #[arg(long, value_enum)]
+    only: Option<OnlyArg>,
+    /// Only pairs that nothing is tuned on
+    #[arg(long)]
+    held_out: bool,
+    /// Exactly this pair, as --list-misses names it (may be repeated)
+    #[arg(long, value_name = "NAME", value_parser = pair, visible_alias = "only-index")]
+    pair: Vec<Planned>,
+    /// Pairs at a time [default: one for each core]; times mean something with 1 alone
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    /// One line for each pair judged wrongly, with everything to run it again
+    #[arg(long)]
+    list_misses: bool,
+    /// Report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum EngineArg {
+    /// patrold's own
+    Standard,
+    /// The published recipe
+    Paper,
+    /// One after the other
+    Both,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ViewArg {
+    /// Points alone, as `compare` has them
+    Bare,
+    /// Also where nothing came back, and how noisy ranges are
+    Sweep,
+    /// One after the other
+    Both,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum OnlyArg {
+    /// Nothing changed
+    Quiet,
+    /// Something changed, balls aside
+    Changed,
+    /// Balls
+    Balls,
+}
+
+fn one_of<T: Copy>(all: &[T], word: impl Fn(T) -> &'static str, text: &str) -> Result<T, String> {
+    let words = || all.iter().map(|t| word(*t)).collect::<Vec<_>>().join(", ");
+    let found = all.iter().copied().find(|t| word(*t) == text);
+    found.ok_or_else(|| format!("expected one of: {}", words()))
+}
+
+fn place(text: &str) -> Result<Kind, String> {
+    one_of(&Kind::ALL, Kind::word, text)
+}
+
+fn sensor(text: &str) -> Result<Sensor, String> {
+    one_of(&Sensor::ALL, Sensor::word, text)
+}
+
+fn pair(text: &str) -> Result<Planned, String> {
+    Planned::named(text).ok_or_else(|| "expected a class and a number, such as quiet-17".to_owned())
+}
+
+impl EvaluateArgs {
+    fn pairs(&self) -> Vec<Planned> {
+        if !self.pair.is_empty() {
+            return self.pair.clone();
+        }
+        let amounts = |n: usize| Amounts {
+            quiet: n,
+            large: n.div_ceil(Change::LARGE.len()),
+            balls: n.div_ceil(3 * Change::BALLS.len()),
+        };
+        let wanted = |p: &Planned| {
+            let of_class = match self.only {
+                None => true,
+                Some(OnlyArg::Quiet) => p.change == Change::Quiet,
+                Some(OnlyArg::Changed) => Change::LARGE.contains(&p.change),
+                Some(OnlyArg::Balls) => p.change.ball().is_some(),
+            };
+            of_class
+                && (self.place.is_empty() || self.place.contains(&p.place))
+                && (self.sensor.is_empty() || self.sensor.contains(&p.sensor))
+                && (!self.held_out || p.held_out)
+        };
+        plan(amounts(self.pairs), amounts(self.pairs / 5))
+            .into_iter()
+            .filter(wanted)
+            .collect()
+    }
+
+    fn ways(&self) -> Vec<(Engine, Given)> {
+        let engines = match self.engine {
+            EngineArg::Standard => vec![Engine::Standard],
+            EngineArg::Paper => vec![Engine::Paper],
+            EngineArg::Both => vec![Engine::Standard, Engine::Paper],
+        };
+        let views = match self.view {
+            ViewArg::Bare => vec![Given::Bare],
+            ViewArg::Sweep => vec![Given::Sweep],
+            ViewArg::Both => vec![Given::Bare, Given::Sweep],
+        };
+        let with = |e: &Engine| views.iter().map(|v| (*e, *v)).collect::<Vec<_>>();
+        engines.iter().flat_map(with).collect()
+    }
+}
+
+/// Runs `evaluate`.
+pub fn run(args: &EvaluateArgs) -> Ended {
+    let pairs = args.pairs();
+    if pairs.is_empty() {
+        return Err(Failure::Usage(
+            "no pair is left by --place, --sensor, --only and --held-out; ask for more --pairs"
+                .to_owned(),
+        ));
+    }
+    let ways = args.ways();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.threads)
+        .build()
+        .map_err(Failure::failed)?;
+    let began = Instant::now();
+    let clock = || began.elapsed().as_secs_f64() * 1e3;
+    let bar = progress::bar(pairs.len(), "pairs");
+    let judged: Vec<Result<Vec<Outcome>, Failure>> = pool.install(|| {
+        pairs
+            .par_iter()
+            .with_max_len(1)
+            .map(|planned| {
+                let judged = one(planned, args.seed, &ways, &clock);
+                bar.inc(1);
+                judged
+            })
+            .collect()
+    });
+    bar.finish_and_clear();
+    let judged: Vec<Vec<Outcome>> = judged.into_iter().collect::<Result<_, _>>()?;
+    let outcomes: Vec<Outcome> = judged.into_iter().flatten().collect();
+    let report = tell::Report::new(&outcomes, args.seed, pairs.len(), clock() / 1e3);
+    if args.json {
+        output::json(&report)?;
+    } else {
+        output::line(report.prose(args.threads == 1))?;
+        if args.list_misses {
+            output::line(report.misses())?;
+        }
+    }
+    Ok(DONE)
+}
+
+fn one(
+    planned: &Planned,
+    seed: u64,
+    ways: &[(Engine, Given)],
+    clock: &(dyn Fn() -> f64 + Sync),
+) -> Result<Vec<Outcome>, Failure> {
+    let pair = Pair::take(planned, seed).map_err(Failure::failed)?;
+    ways.iter()
+        .map(|(engine, given)| {
+            let named = |error| Failure::Failed(format!("pair {}: {error}", planned.name()));
+            let judged = judge(&pair, *given, &engine.settings(), clock).map_err(named)?;
+            Ok(score(&pair, *engine, *given, &judged))
+        })
+        .collect()
+}

@@ -1,0 +1,102 @@
+//! Rates with confidence intervals, and quantiles.
+
+use serde::Serialize;
+
+/// Normal quantile of a two-sided interval of 95 %.
+const Z: f64 = 1.959_963_984_540_054;
+
+/// How often something happened.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Rate {
+    /// Times it happened.
+    pub count: usize,
+    /// Times it could have.
+    pub of: usize,
+    /// Share; 0 of none.
+    pub rate: f64,
+    /// Lower end of Wilson's interval of 95 %.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Rate {
+    /// `count` of `of`, with Wilson's score interval (no continuity correction).
+    pub fn new(count: usize, of: usize) -> Self {
+        if of == 0 {
+            return Self {
+                count,
+                of,
+                rate: 0.0,
+                low: 0.0,
+                high: 1.0,
+            };
+        }
+        let n = of as f64;
+        let p = count as f64 / n;
+        let z2 = Z * Z;
+        let middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+        let half = Z / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
+        Self {
+            count,
+            of,
+            rate: p,
+            low: if count == 0 {
+                0.0
+            } else {
+                (middle - half).max(0.0)
+            },
+            high: if count == of {
+                1.0
+            } else {
+                (middle + half).min(1.0)
+            },
+        }
+    }
+}
+
+/// The value below which this share of them lies; `None` of none.
+pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    values.sort_by(f64::total_cmp);
+    let last = values.len().checked_sub(1)?;
+    values.get((share * last as f64).round() as usize).copied()
+}
+
+/// Their mean; `None` of none.
+pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (sum, n) = values
+        .into_iter()
+        .fold((0.0, 0usize), |(sum, n), v| (sum + v, n + 1));
+    (n > 0).then(|| sum / n as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Rate, mean, quantile};
+
+    #[test]
+    fn intervals_are_wilsons() {
+        // R: prop.test(k, n, correct = FALSE)$conf.int; statsmodels proportion_confint(method="wilson").
+        for (count, of, low, high) in [
+            (0, 10, 0.0, 0.277_533),
+            (5, 10, 0.236_593, 0.763_407),
+            (1, 100, 0.001_767, 0.054_486),
+            (98, 100, 0.930_02, 0.994_50),
+            (10, 10, 0.722_467, 1.0),
+        ] {
+            let rate = Rate::new(count, of);
+            assert!((rate.low - low).abs() < 1e-5, "{rate:?}");
+            assert!((rate.high - high).abs() < 1e-5, "{rate:?}");
+        }
+        assert_eq!((Rate::new(0, 0).low, Rate::new(0, 0).high), (0.0, 1.0));
+    }
+
+    #[test]
+    fn quantiles_and_means() {
+        assert_eq!(quantile([3.0, 1.0, 2.0], 0.5), Some(2.0));
+        assert_eq!(quantile([], 0.5), None);
+        assert_eq!(mean([1.0, 2.0]), Some(1.5));
+        assert_eq!(mean([]), None);
+    }
+}

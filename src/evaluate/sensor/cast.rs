@@ -1,0 +1,61 @@
+//! What beams truly meet.
+
+use super::pattern::Pattern;
+use crate::geometry::Pose;
+use crate::world::{Ray, World};
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+/// What a beam meets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Met {
+    /// Metres.
+    pub range_m: f64,
+    /// Cosine of incidence.
+    pub cos_incidence: f64,
+    /// Share of light given back.
+    pub reflectance: f64,
+    /// Index of the object.
+    pub object: usize,
+    /// Where, map.
+    pub at: Point3<f64>,
+}
+
+/// What a ray meets within reach.
+pub fn meet(world: &World, ray: &Ray, reach_m: f64) -> Option<Met> {
+    let hit = world.cast(ray, reach_m)?;
+    Some(Met {
+        range_m: hit.range_m,
+        cos_incidence: hit.cos_incidence,
+        reflectance: world
+            .objects()
+            .get(hit.object)
+            .map_or(1.0, |o| o.reflectance),
+        object: hit.object,
+        at: ray.origin + ray.direction.into_inner() * hit.range_m,
+    })
+}
+
+/// What every beam of the pattern meets within reach from a base at `map_from_base`, line by line.
+pub fn cast(
+    world: &World,
+    map_from_base: &Pose,
+    pattern: &Pattern,
+    reach_m: f64,
+) -> Vec<Vec<Option<Met>>> {
+    pattern
+        .lines
+        .par_iter()
+        .map(|line| {
+            let map_from_sensor = map_from_base * line.base_from_sensor;
+            let origin = map_from_sensor * Point3::origin();
+            line.directions
+                .iter()
+                .map(|d| {
+                    let direction = map_from_sensor.rotation * *d;
+                    meet(world, &Ray { origin, direction }, reach_m)
+                })
+                .collect()
+        })
+        .collect()
+}

@@ -1,0 +1,157 @@
+//! What is true of the points of a pair: which lie on things that changed, and whether the other visit looked there.
+
+use super::place::thing_of;
+use super::sensor::{BEAMS_PER_PROBE, Field, Met, Setting, cast, meet};
+use crate::geometry::Pose;
+use crate::world::{Ray, World};
+use nalgebra::{Point3, Unit, Vector3};
+
+/// Surfaces nearer together than this, as seen from the other visit, are one place that did not change, metres.
+const SAME_M: f64 = 0.05;
+/// The other visit looked through a place if what it met lies this far behind, metres.
+const THROUGH_M: f64 = 0.10;
+
+/// The truth about one point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Label {
+    /// On nothing that changed.
+    Other,
+    /// On a thing that came, went or moved, where the other visit looked and met it not.
+    Seen,
+    /// On such a thing, where the other visit could not look.
+    Hidden,
+    /// On such a thing, where it also was at the other visit (a door near its hinge): counts neither way.
+    Same,
+}
+
+/// One visit: its world, and from where it was seen.
+#[derive(Debug, Clone, Copy)]
+pub struct Visit<'a> {
+    /// What stood around.
+    pub world: &'a World,
+    /// Where the robot stood.
+    pub map_from_base: Pose,
+    /// Mean place of the laser, base frame.
+    pub origin: Point3<f64>,
+}
+
+impl Visit<'_> {
+    /// Which objects belong to one of these things.
+    fn belonging(&self, things: &[String]) -> Vec<bool> {
+        let belongs = |name: &str| things.iter().any(|t| t == thing_of(name));
+        self.world
+            .objects()
+            .iter()
+            .map(|o| belongs(&o.name))
+            .collect()
+    }
+
+    /// What this visit knows about a place of the map where the other met a changed thing.
+    fn looked_at(
+        &self,
+        place: &Point3<f64>,
+        changed: &[bool],
+        field: &Field,
+        reach_m: f64,
+    ) -> Label {
+        let origin = self.map_from_base * self.origin;
+        let way: Vector3<f64> = place - origin;
+        let away_m = way.norm();
+        let direction = Unit::new_normalize(way);
+        let met = meet(self.world, &Ray { origin, direction }, reach_m);
+        let on_thing = |m: &Met| changed.get(m.object).copied().unwrap_or(false);
+        if let Some(met) = met
+            && on_thing(&met)
+            && (met.range_m - away_m).abs() < SAME_M
+        {
+            return Label::Same;
+        }
+        let through = away_m < reach_m && met.is_none_or(|m| m.range_m > away_m + THROUGH_M);
+        let looks = field.holds(&self.map_from_base.inverse_transform_vector(&way));
+        if through && looks {
+            Label::Seen
+        } else {
+            Label::Hidden
+        }
+    }
+}
+
+/// Labels of what `own` met, against the other visit.
+pub fn labels(
+    met: &[Met],
+    own: &Visit<'_>,
+    other: &Visit<'_>,
+    things: &[String],
+    setting: &Setting,
+) -> Vec<Label> {
+    let (mine, theirs) = (own.belonging(things), other.belonging(things));
+    met.iter()
+        .map(|m| {
+            if mine.get(m.object).copied().unwrap_or(false) {
+                other.looked_at(&m.at, &theirs, &setting.field, setting.reach_m)
+            } else {
+                Label::Other
+            }
+        })
+        .collect()
+}
+
+/// About how many points of a standard sweep lie on changed things where the other visit looked.
+pub fn visible_points(
+    own: &Visit<'_>,
+    other: &Visit<'_>,
+    things: &[String],
+    setting: &Setting,
+) -> usize {
+    let lines = cast(
+        own.world,
+        &own.map_from_base,
+        &setting.probe,
+        setting.reach_m,
+    );
+    let met: Vec<Met> = lines.into_iter().flatten().flatten().collect();
+    let labels = labels(&met, own, other, things, setting);
+    BEAMS_PER_PROBE * labels.iter().filter(|l| **l == Label::Seen).count()
+}
+
+/// Share of a ball's outline that is in view: rays over its disc that lie in the field and meet it first.
+pub fn share_in_view(
+    own: &Visit<'_>,
+    centre: Point3<f64>,
+    radius_m: f64,
+    thing: &str,
+    setting: &Setting,
+) -> f64 {
+    const RINGS: usize = 6;
+    const AROUND: usize = 24;
+    let origin = own.map_from_base * own.origin;
+    let way = centre - origin;
+    let across = way.cross(&Vector3::z()).normalize();
+    let up = across.cross(&way).normalize();
+    let mine = own.belonging(&[thing.to_owned()]);
+    let (mut seen, mut all) = (0usize, 0usize);
+    for ring in 0..RINGS {
+        // Rings of equal area, within the outline by a hair.
+        let off = 0.98 * radius_m * ((ring as f64 + 0.5) / RINGS as f64).sqrt();
+        for i in 0..AROUND {
+            let (sin, cos) = (std::f64::consts::TAU * i as f64 / AROUND as f64).sin_cos();
+            let aim = way + (across * cos + up * sin) * off;
+            let direction = Unit::new_normalize(aim);
+            all += 1;
+            let in_field = setting
+                .field
+                .holds(&own.map_from_base.inverse_transform_vector(&aim));
+            let met = meet(own.world, &Ray { origin, direction }, setting.reach_m);
+            let first = met.is_some_and(|m| mine.get(m.object).copied().unwrap_or(false));
+            seen += usize::from(in_field && first);
+        }
+    }
+    seen as f64 / all as f64
+}
+
+impl Visit<'_> {
+    /// Whether this visit looked through a place of the map.
+    pub fn looks_through(&self, place: &Point3<f64>, setting: &Setting) -> bool {
+        self.looked_at(place, &[], &setting.field, setting.reach_m) == Label::Seen
+    }
+}
