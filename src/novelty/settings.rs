@@ -163,7 +163,7 @@ impl Default for EvidenceSettings {
             },
             most_sigmas: 20.0,
             least_incidence: 0.05,
-            hole_reach: 0.7,
+            hole_reach: 0.8,
             hole_spacings: 1.2,
         }
     }

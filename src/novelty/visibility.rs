@@ -205,12 +205,14 @@ impl Judge<'_> {
         }
     }
 
-    /// Where a ray ends: at its return, or as far as the sensor reaches.
+    /// Where a ray ends: at its return, or, without one, as far as the sensor surely sees.
     fn end_m(&self, ray: usize) -> f64 {
-        self.other
-            .rays
-            .range_m(ray)
-            .min(self.other.rays.reach_m.max(0.0))
+        let range_m = self.other.rays.range_m(ray);
+        if range_m.is_finite() {
+            range_m
+        } else {
+            self.other.rays.reach_m
+        }
     }
 
     /// How far behind the place the surface met by `ray` lies, across that surface, and the
