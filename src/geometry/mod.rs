@@ -4,6 +4,7 @@
 mod landmarks;
 mod mount;
 mod neighbours;
+mod passage;
 mod pose;
 mod principal;
 mod directions;
@@ -16,6 +17,7 @@ mod voxel;
 pub use landmarks::Landmarks;
 pub use mount::Mount;
 pub use neighbours::Grid;
+pub use passage::{Passage, RangeDrift};
 pub use pose::{Pose, RollPitchYaw};
 pub use rays::{Fan, Look, Rays, SECTORS};
 pub use registration::{Registration, RegistrationSettings, register};

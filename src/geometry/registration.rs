@@ -3,9 +3,15 @@
 //! Robust point-to-plane iterations on flat places, with a gate that narrows, from several starts;
 //! the start that explains the largest share of the current surface wins.
 
-use super::{Landmarks, Patch, Pose, RollPitchYaw, Surfaces};
-use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3, Vector6};
+use super::{Landmarks, Passage, Patch, Pose, RangeDrift, RollPitchYaw, Surfaces};
+use nalgebra::{Matrix6, Point3, Vector3, Vector6};
+use normal::NormalEquations;
 use rayon::prelude::*;
+
+mod normal;
+
+/// A step shorter than this changes nothing, metres and radians.
+const SMALL_STEP: f64 = 1e-5;
 
 /// What decides in a registration.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +24,8 @@ pub struct RegistrationSettings {
     pub narrowing: f64,
     /// Iterations per stage.
     pub iterations: usize,
+    /// Iterations of the last stage, which also settles the drift, at most.
+    pub last_iterations: usize,
     /// Most current places used while the gate is wide, and at the last stage.
     pub places: [usize; 2],
     /// Share of explained current surface below which the views do not show the same place. Simulated quiet pairs lie
@@ -29,6 +37,10 @@ pub struct RegistrationSettings {
     pub prior_sd_m: f64,
     /// The same for its heading, radians.
     pub prior_sd_rad: f64,
+    /// How far all ranges may have drifted between two visits, one standard deviation.
+    pub drift_sd_m: f64,
+    /// The same per metre of range.
+    pub drift_sd_per_m: f64,
 }
 
 impl Default for RegistrationSettings {
@@ -39,11 +51,16 @@ impl Default for RegistrationSettings {
             start_yaws_rad: [-8.0_f64, -4.0, 4.0, 8.0].map(f64::to_radians).to_vec(),
             narrowing: 0.6,
             iterations: 3,
+            last_iterations: 8,
             places: [1200, 6000],
             least_share: 0.4,
             least_resistance: 0.004,
             prior_sd_m: 0.1,
             prior_sd_rad: 0.05,
+            // The makers' bounds of the ranges, 10 mm and 1 %, as twice and thrice the deviation: most of them is a bias
+            // of the one sensor that both visits share.
+            drift_sd_m: 0.01,
+            drift_sd_per_m: 0.003,
         }
     }
 }
@@ -53,6 +70,10 @@ impl Default for RegistrationSettings {
 pub struct Registration {
     /// Maps reference coordinates to current coordinates: `p_cur = R p_ref + t`.
     pub current_from_reference: Pose,
+    /// What the current ranges lack (or have too much) against the reference's.
+    pub drift: RangeDrift,
+    /// Where the current sensor stood, in its view's frame, metres.
+    pub current_origin: Point3<f64>,
     /// Whether the views agree after it and the last step was small.
     pub converged: bool,
     /// Share of current flat places that lie on the reference's surfaces.
@@ -69,11 +90,22 @@ impl Registration {
     pub fn identity() -> Self {
         Self {
             current_from_reference: Pose::identity(),
+            drift: RangeDrift::default(),
+            current_origin: Point3::origin(),
             converged: true,
             share: 1.0,
             covariance: Matrix6::zeros(),
             unobservable: Vec::new(),
         }
+    }
+
+    /// Carries places of the current view into the reference's frame.
+    pub fn reference_from_current(&self) -> Passage {
+        Passage::to_reference(
+            self.current_from_reference.inverse(),
+            self.drift,
+            self.current_origin,
+        )
     }
 
     /// Standard deviation in metres, along the unit direction `u`, of a current place `p` carried
@@ -84,17 +116,20 @@ impl Registration {
     }
 }
 
-/// Finds the pose between two views from their surfaces; `gate_m` is the distance within which
+/// Finds the pose between two views from their surfaces, and by how much the ranges drifted since the reference's visit;
+/// `current_origin` is where the current sensor stood, `gate_m` is the distance within which
 /// surfaces count as the same at the end (some three sigmas of the noise). `current` may be known
 /// to stand off: `guess` maps reference to current coordinates.
 pub fn register(
     reference: &Landmarks,
     current: &Surfaces,
+    current_origin: &Point3<f64>,
     guess: &Pose,
     gate_m: f64,
     settings: &RegistrationSettings,
 ) -> Registration {
     let scene = Scene(reference);
+    let plain = |pose| Passage::to_reference(pose, RangeDrift::default(), *current_origin);
     let (rough, exact): (Find, Find) = (Landmarks::roughly, Landmarks::exactly);
     let flat: Vec<Point3<f64>> = current
         .patches
@@ -113,14 +148,14 @@ pub fn register(
         .iter()
         .map(|gate| (start, *gate))
         .collect();
-    let mut best = (start, scene.agreement(&few, &start, gate_m, rough));
+    let mut best = (start, scene.agreement(&few, &plain(start), gate_m, rough));
     for round in 0..2 {
         // In parallel, judged in the order of the starts: the answer never depends on threads.
         let found: Vec<(Pose, f64)> = starts
             .par_iter()
             .map(|(from, first_gate_m)| {
-                let pose = scene.anneal(&few, *from, *first_gate_m, gate_m, rough, settings);
-                (pose, scene.agreement(&few, &pose, gate_m, rough))
+                let pose = scene.anneal(&few, *from, current_origin, [*first_gate_m, gate_m], settings);
+                (pose, scene.agreement(&few, &plain(pose), gate_m, rough))
             })
             .collect();
         for candidate in found {
@@ -146,13 +181,15 @@ pub fn register(
             })
             .collect();
     }
-    let pose = scene.anneal(&many, best.0, gate_m, gate_m, exact, settings);
-    let normal = scene.normal_equations(&many, &pose, gate_m, exact);
-    let last_step = normal.step(settings, gate_m);
-    let share = scene.agreement(&many, &pose, gate_m, exact);
-    let inverse = pose.inverse();
+    let (pose, drift) = scene.settle(&many, best.0, current_origin, gate_m, settings);
+    let settled = Passage::to_reference(pose, drift, *current_origin);
+    let normal = scene.normal_equations(&many, &settled, gate_m, exact);
+    let (last_step, _) = normal.step(Some(&drift), settings, gate_m);
+    let share = scene.agreement(&many, &settled, gate_m, exact);
     Registration {
-        current_from_reference: inverse,
+        current_from_reference: pose.inverse(),
+        drift,
+        current_origin: *current_origin,
         converged: share >= settings.least_share
             && last_step.norm() < 0.5 * gate_m
             && normal.weight > 0.0,
@@ -177,11 +214,11 @@ struct Scene<'a>(&'a Landmarks);
 impl Scene<'_> {
     /// Mean over the places of 1 - (height / gate)^2, none counting as 0: high where many places
     /// lie well on the reference's surfaces.
-    fn agreement(&self, places: &[Point3<f64>], pose: &Pose, gate_m: f64, find: Find) -> f64 {
+    fn agreement(&self, places: &[Point3<f64>], passage: &Passage, gate_m: f64, find: Find) -> f64 {
         let sum: f64 = places
             .iter()
             .map(|p| {
-                let p = pose * p;
+                let p = passage.carry(p);
                 find(self.0, &p, gate_m).map_or(0.0, |patch| {
                     let e = patch.height_m(&p) / gate_m;
                     1.0 - e * e
@@ -191,23 +228,24 @@ impl Scene<'_> {
         sum / (places.len() as f64).max(1.0)
     }
 
+    /// Follows the gate from the first to the last, ranges taken as they are.
     fn anneal(
         &self,
         places: &[Point3<f64>],
         from: Pose,
-        first_gate_m: f64,
-        last_gate_m: f64,
-        find: Find,
+        origin: &Point3<f64>,
+        [first_gate_m, last_gate_m]: [f64; 2],
         settings: &RegistrationSettings,
     ) -> Pose {
         let mut pose = from;
         let mut gate_m = first_gate_m.max(last_gate_m);
         loop {
             for _ in 0..settings.iterations {
-                let normal = self.normal_equations(places, &pose, gate_m, find);
-                let step = normal.step(settings, gate_m);
+                let at = Passage::to_reference(pose, RangeDrift::default(), *origin);
+                let normal = self.normal_equations(places, &at, gate_m, Landmarks::roughly);
+                let (step, _) = normal.step(None, settings, gate_m);
                 pose = exponential(&step) * pose;
-                if step.norm() < 1e-5 {
+                if step.norm() < SMALL_STEP {
                     break;
                 }
             }
@@ -218,115 +256,48 @@ impl Scene<'_> {
         }
     }
 
+    /// The last stage: planes found exactly, pose and drift together.
+    fn settle(
+        &self,
+        places: &[Point3<f64>],
+        from: Pose,
+        origin: &Point3<f64>,
+        gate_m: f64,
+        settings: &RegistrationSettings,
+    ) -> (Pose, RangeDrift) {
+        let (mut pose, mut drift) = (from, RangeDrift::default());
+        for _ in 0..settings.last_iterations {
+            let at = Passage::to_reference(pose, drift, *origin);
+            let normal = self.normal_equations(places, &at, gate_m, Landmarks::exactly);
+            let (step, more) = normal.step(Some(&drift), settings, gate_m);
+            pose = exponential(&step) * pose;
+            drift.at_zero_m += more.at_zero_m;
+            drift.per_m += more.per_m;
+            if step.norm() < SMALL_STEP {
+                break;
+            }
+        }
+        (pose, drift)
+    }
+
     fn normal_equations(
         &self,
         places: &[Point3<f64>],
-        pose: &Pose,
+        passage: &Passage,
         gate_m: f64,
         find: Find,
     ) -> NormalEquations {
-        let mut sums = NormalEquations::default();
+        let mut sums = NormalEquations::new();
+        let eye = passage.pose * passage.origin();
         for p in places {
-            let p = pose * p;
-            let Some(patch) = find(self.0, &p, gate_m) else {
-                continue;
-            };
-            let e = patch.height_m(&p);
-            // Tukey's biweight: what lies a gate away has no say.
-            let w = (1.0 - (e / gate_m).powi(2)).powi(2);
-            let j = jacobian(&patch.normal, &p);
-            sums.matrix += w * j * j.transpose();
-            sums.vector -= w * e * j;
-            sums.weight += w;
-            sums.square += w * e * e;
-            sums.lever += w * p.coords.norm_squared();
+            let p = passage.carry(p);
+            if let Some(patch) = find(self.0, &p, gate_m) {
+                let ray = p - eye;
+                let range_m = ray.norm().max(1e-9);
+                sums.add(&p, &(ray / range_m), range_m, patch, gate_m);
+            }
         }
         sums
-    }
-}
-
-/// Weighted sums of one iteration.
-#[derive(Default)]
-struct NormalEquations {
-    matrix: Matrix6<f64>,
-    vector: Vector6<f64>,
-    weight: f64,
-    square: f64,
-    lever: f64,
-}
-
-impl NormalEquations {
-    /// Root mean square lever arm: turns radians into metres, so that directions compare.
-    fn lever_m(&self) -> f64 {
-        (self.lever / self.weight.max(1e-9)).sqrt().max(0.1)
-    }
-
-    /// Eigenpairs of the mean normal matrix with rotations measured in metres at the lever arm.
-    fn directions(&self) -> (SymmetricEigen<f64, nalgebra::U6>, Vector6<f64>) {
-        let l = self.lever_m();
-        let scale = Vector6::new(1.0, 1.0, 1.0, 1.0 / l, 1.0 / l, 1.0 / l);
-        let s = Matrix6::from_diagonal(&scale);
-        let mean = s * self.matrix * s / self.weight.max(1e-9);
-        (SymmetricEigen::new(mean), scale)
-    }
-
-    /// The step that the sums ask for, along observable directions only, no longer than the gate.
-    fn step(&self, settings: &RegistrationSettings, gate_m: f64) -> Vector6<f64> {
-        if self.weight <= 6.0 {
-            return Vector6::zeros();
-        }
-        let (eigen, scale) = self.directions();
-        let pull = scale.component_mul(&self.vector) / self.weight;
-        let mut step = Vector6::zeros();
-        for (value, axis) in eigen
-            .eigenvalues
-            .iter()
-            .zip(eigen.eigenvectors.column_iter())
-        {
-            if *value >= settings.least_resistance {
-                step += axis * (axis.dot(&pull) / value);
-            }
-        }
-        let longest = step.norm();
-        if longest > gate_m {
-            step *= gate_m / longest;
-        }
-        scale.component_mul(&step)
-    }
-
-    /// Covariance of the pose; what surfaces leave open is held by the prior.
-    fn covariance(&self, settings: &RegistrationSettings) -> Matrix6<f64> {
-        // Errors of neighbouring places go together: one in ten counts.
-        let effective = (self.weight / 10.0).max(1.0);
-        let noise = (self.square / self.weight.max(1e-9)).max(1e-6);
-        let (at, turn) = (settings.prior_sd_m.powi(-2), settings.prior_sd_rad.powi(-2));
-        let prior = Matrix6::from_diagonal(&Vector6::new(at, at, at, turn, turn, turn));
-        let information = self.matrix * (effective / self.weight.max(1e-9) / noise) + prior;
-        information
-            .try_inverse()
-            .unwrap_or_else(|| prior.map(|v| if v > 0.0 { 1.0 / v } else { 0.0 }))
-    }
-
-    fn unobservable(&self, settings: &RegistrationSettings) -> Vec<String> {
-        let (eigen, _) = self.directions();
-        let mut told = Vec::new();
-        for (value, axis) in eigen
-            .eigenvalues
-            .iter()
-            .zip(eigen.eigenvectors.column_iter())
-        {
-            if *value >= settings.least_resistance {
-                continue;
-            }
-            let (shift, turn) = (axis.fixed_rows::<3>(0), axis.fixed_rows::<3>(3));
-            let (word, v) = if shift.norm() >= turn.norm() {
-                ("along", shift.normalize())
-            } else {
-                ("about", turn.normalize())
-            };
-            told.push(format!("{word} ({:.2}, {:.2}, {:.2})", v.x, v.y, v.z));
-        }
-        told
     }
 }
 
@@ -383,7 +354,7 @@ mod tests {
             let reference = room();
             let current: Vec<_> = reference.iter().map(|p| truth * p).collect();
             let found = register(
-                &landmarks(&reference), &surfaces(&current), &Pose::identity(), 0.03,
+                &landmarks(&reference), &surfaces(&current), &(truth * Point3::origin()), &Pose::identity(), 0.03,
                 &RegistrationSettings::default(),
             );
             let off = found.current_from_reference * truth.inverse();
@@ -404,6 +375,7 @@ mod tests {
         let found = register(
             &Landmarks::of(&s),
             &s,
+            &Point3::origin(),
             &Pose::identity(),
             0.03,
             &RegistrationSettings::default(),

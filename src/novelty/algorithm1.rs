@@ -50,7 +50,7 @@ pub fn run(
     // A thing's shadow would move mass as well: both mixtures weigh what both views could see.
     let reference = &weighed(reference, &seen[0])?;
     let revisit = match own_model {
-        Some(mixture) => weighed(&carried(mixture, &pair.reference_from(1)), &seen[1])?,
+        Some(mixture) => weighed(&carried(mixture, &pair.reference_from(1).pose), &seen[1])?,
         None => {
             let told = RefitSettings {
                 split: split_settings(pair.views[1]),
@@ -110,7 +110,7 @@ fn visible(pair: &Pair<'_>, side: usize, evidence: &[Evidence]) -> (Vec<Point3<f
         .iter()
         .zip(seen)
         .filter(|(_, n)| *n > 0.0)
-        .map(|(p, n)| (reference_from_own * p.mean, n * p.area_m2 / p.count as f64))
+        .map(|(p, n)| (reference_from_own.carry(&p.mean), n * p.area_m2 / p.count as f64))
         .unzip()
 }
 
@@ -229,7 +229,7 @@ fn things(
         }
     }
     for (cell, patch) in own.surfaces.patches.iter().enumerate() {
-        let place = reference_from_own * patch.mean;
+        let place = reference_from_own.carry(&patch.mean);
         let best = (0..mixture.len())
             .filter(|k| mixture.weights[*k] > 0.0)
             .map(|k| (densities[k].log(&place) + mixture.weights[k].ln(), k))

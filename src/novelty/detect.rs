@@ -1,13 +1,13 @@
 //! The whole comparison, step by step.
 
 use super::algorithm1;
-use super::quantify::{Balance, Side, novelty_mixture, quantify, split_settings};
+use super::quantify::{Balance, Side, quantify, split_settings};
 use super::verdict::{Findings, verdict};
 use super::{
     Evidence, Judge, Kind, Model, Novelty, NoveltyError, Prepared, Segmentation, Settings, Sight,
     Thing, Verdict, moved, noise, segment,
 };
-use crate::geometry::{Landmarks, NoiseLaw, Pose, Registration, View, register};
+use crate::geometry::{Landmarks, NoiseLaw, Passage, Pose, Registration, View, register};
 use crate::mixture::{Components, FitSettings, Gaussian, Mixture, fit, split_until_flat};
 use nalgebra::Point3;
 
@@ -188,6 +188,7 @@ impl<'a> Pair<'a> {
         let registration = register(
             &reference.landmarks,
             &now.surfaces,
+            &now.view.origin,
             &Pose::identity(),
             gate_m,
             &settings.registration,
@@ -206,12 +207,12 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Maps view `side` (0 reference, 1 current) into the reference's frame.
-    pub fn reference_from(&self, side: usize) -> Pose {
+    /// Carries places of view `side` (0 reference, 1 current) into the reference's frame.
+    pub fn reference_from(&self, side: usize) -> Passage {
         if side == 0 {
-            Pose::identity()
+            Passage::identity()
         } else {
-            self.registration.current_from_reference.inverse()
+            self.registration.reference_from_current()
         }
     }
 
@@ -220,8 +221,10 @@ impl<'a> Pair<'a> {
     fn judge(&self, settings: &Settings) -> [Vec<Evidence>; 2] {
         [0, 1].map(|side| {
             let (own, other) = (self.views[side], self.views[1 - side]);
-            let other_from_own =
-                self.reference_from(1 - side).inverse() * self.reference_from(side);
+            let other_from_own = match side {
+                0 => self.registration.reference_from_current().inverse(),
+                _ => self.registration.reference_from_current(),
+            };
             let mut evidence = Judge {
                 other,
                 other_from_own,
@@ -234,7 +237,7 @@ impl<'a> Pair<'a> {
             .judge(&own.view.points, &own.view.origin);
             if let Some(most_m) = settings.max_range_m {
                 // Near to both sensors, or a surface at the limit would weigh on one side only.
-                let other_origin = other_from_own.inverse() * other.view.origin;
+                let other_origin = other_from_own.pose.inverse() * other.view.origin;
                 let beyond = |p: &Point3<f64>| {
                     (p - own.view.origin).norm() > most_m || (p - other_origin).norm() > most_m
                 };
@@ -307,12 +310,15 @@ fn tell(
     let mut told = Vec::new();
     for (side, kind) in [(0, Kind::Disappeared), (1, Kind::Appeared)] {
         let shares = [&balance.disappeared, &balance.appeared][side];
-        let current_from_own = registration.current_from_reference * sides[side].reference_from_own;
+        let current_from_own = match kind {
+            Kind::Disappeared => registration.reference_from_current().inverse(),
+            Kind::Appeared => Passage::identity(),
+        };
         for (thing, (mass, contribution)) in things[side].iter().zip(shares) {
             let places: Vec<Point3<f64>> = thing
                 .points
                 .iter()
-                .map(|i| current_from_own * sides[side].own.view.points[*i])
+                .map(|i| current_from_own.carry(&sides[side].own.view.points[*i]))
                 .collect();
             let Some(moments) = Gaussian::of_points(&places) else {
                 continue;
@@ -322,10 +328,7 @@ fn tell(
                 moved_from: None,
                 points: thing.points.clone(),
                 moments,
-                mixture: carried(
-                    novelty_mixture(&sides[side], &thing.points)?,
-                    &registration.current_from_reference,
-                ),
+                mixture: split_until_flat(&places, None, &split_settings(sides[side].own))?,
                 extent_m: extent(&places),
                 places,
                 mass: *mass,
@@ -336,18 +339,6 @@ fn tell(
     }
     moved::link(&mut told);
     Ok(told)
-}
-
-/// The same mixture in another frame.
-fn carried(mut mixture: Mixture, pose: &Pose) -> Mixture {
-    let turn = pose.rotation.to_rotation_matrix().into_inner();
-    for g in &mut mixture.components {
-        *g = Gaussian {
-            mean: pose * g.mean,
-            covariance: turn * g.covariance * turn.transpose(),
-        };
-    }
-    mixture
 }
 
 fn extent(places: &[Point3<f64>]) -> [f64; 3] {

@@ -61,12 +61,12 @@ pub fn between(
     registration: &Registration,
     gate_m: f64,
 ) -> Option<Between> {
-    let back = registration.current_from_reference.inverse();
+    let back = registration.reference_from_current();
     let step = current_points.len().div_ceil(MOST_SAMPLES).max(1);
     let mut steep = Vec::new();
     let mut shallow = Vec::new();
     for p in current_points.iter().step_by(step) {
-        let p = back * p;
+        let p = back.carry(p);
         let Some(patch) = reference
             .grid
             .nearest(&p, 1.5 * reference.cell_m)

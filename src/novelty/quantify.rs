@@ -7,7 +7,7 @@
 
 use super::ledger::Ledger;
 use super::{NoveltyError, Prepared, QuantifySettings, Sight};
-use crate::geometry::Pose;
+use crate::geometry::Passage;
 use crate::mixture::{
     EmSettings, Mixture, RefitSettings, SplitSettings, Unexplained, refit, split_until_flat,
 };
@@ -18,7 +18,7 @@ pub struct Side<'a> {
     /// The view.
     pub own: &'a Prepared,
     /// Maps it into the reference's frame.
-    pub reference_from_own: Pose,
+    pub reference_from_own: Passage,
     /// What the other view says about each of its points.
     pub sights: &'a [Sight],
     /// Points of each of its novelties, one list each.
@@ -143,7 +143,7 @@ pub fn quantify(
 pub fn novelty_mixture(side: &Side<'_>, points: &[usize]) -> Result<Mixture, NoveltyError> {
     let places: Vec<Point3<f64>> = points
         .iter()
-        .map(|i| side.reference_from_own * side.own.view.points[*i])
+        .map(|i| side.reference_from_own.carry(&side.own.view.points[*i]))
         .collect();
     Ok(split_until_flat(&places, None, &split_settings(side.own))?)
 }
@@ -207,7 +207,7 @@ impl Share {
         let mut unsure = (Vec::new(), Vec::new());
         for (cell, n) in seen.iter().enumerate() {
             let patch = &surfaces.patches[cell];
-            let place = side.reference_from_own * patch.mean;
+            let place = side.reference_from_own.carry(&patch.mean);
             if *n > 0.0 {
                 places.push(place);
                 weights.push(n * share(cell as u32));

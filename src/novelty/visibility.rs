@@ -5,7 +5,7 @@
 //! is either the same surface or out of the other's sight: no change.
 
 use super::{EvidenceSettings, Prepared, noise::Between};
-use crate::geometry::{NoiseLaw, Patch, Pose, Registration};
+use crate::geometry::{NoiseLaw, Passage, Patch, Registration};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -57,7 +57,7 @@ pub struct Judge<'a> {
     /// The view whose rays judge.
     pub other: &'a Prepared,
     /// Maps the judged points to its frame.
-    pub other_from_own: Pose,
+    pub other_from_own: Passage,
     /// Range noise of the judged points.
     pub own_noise: NoiseLaw,
     /// Noise of the difference between the views where it is known to exceed both.
@@ -65,7 +65,7 @@ pub struct Judge<'a> {
     /// How surely the views lie on one another; its covariance is in the reference's frame.
     pub registration: &'a Registration,
     /// Maps the judged points to the reference's frame, in which the registration's errors are told.
-    pub reference_from_own: Pose,
+    pub reference_from_own: Passage,
     /// The constants.
     pub settings: &'a EvidenceSettings,
 }
@@ -80,7 +80,7 @@ impl Judge<'_> {
     }
 
     fn judge_one(&self, own: &Point3<f64>, own_origin: &Point3<f64>) -> Evidence {
-        let p = self.other_from_own * own;
+        let p = self.other_from_own.carry(own);
         let rays = &self.other.rays;
         let view = p - rays.origin();
         let range_m = view.norm();
@@ -303,9 +303,10 @@ impl Judge<'_> {
     }
 
     fn registration_m(&self, own: &Point3<f64>, d_other: &Vector3<f64>) -> f64 {
-        let turn = self.reference_from_own.rotation * self.other_from_own.rotation.inverse();
+        let turn =
+            self.reference_from_own.pose.rotation * self.other_from_own.pose.rotation.inverse();
         self.registration
-            .sigma_m(&(self.reference_from_own * own), &(turn * d_other))
+            .sigma_m(&self.reference_from_own.carry(own), &(turn * d_other))
     }
 }
 
