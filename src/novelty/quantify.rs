@@ -89,19 +89,25 @@ pub fn quantify(
         return Ok(balance);
     }
     let wide = widened(mixture, reference.own, current.own);
-    let ((then, now), unsure) = rayon::join(
+    let ((then, now), (unsure, deviating)) = rayon::join(
         || {
             rayon::join(
                 || sides[0].background_weights(&wide),
                 || sides[1].background_weights(&wide),
             )
         },
-        || unsure_weights(&wide, &sides),
+        || {
+            rayon::join(
+                || doubtful_weights(&wide, &sides, |s| &s.unsure),
+                || doubtful_weights(&wide, &sides, |s| &s.deviating),
+            )
+        },
     );
-    let (weights, unsure) = ([then?, now?], unsure?);
+    let (weights, unsure, deviating) = ([then?, now?], unsure?, deviating?);
     let [then, now] = explained_by_sampling(
         weights,
         &unsure,
+        &deviating,
         [sides[0].samples, sides[1].samples],
         settings,
     );
@@ -157,12 +163,17 @@ pub fn split_settings(own: &Prepared) -> SplitSettings {
     )
 }
 
+/// Places and how much surface each stands for, square metres.
+type Surface = (Vec<Point3<f64>>, Vec<f64>);
+
 /// The surface of one view that the other could see, cell by cell.
 struct Share {
     places: Vec<Point3<f64>>,
     weights: Vec<f64>,
     /// Cells that the other view did not surely see, and their surface.
-    unsure: (Vec<Point3<f64>>, Vec<f64>),
+    unsure: Surface,
+    /// Cells with points that the other view looked through and that are no novelty, and their surface.
+    deviating: Surface,
     background: f64,
     novelties: Vec<f64>,
     /// Number of equal samples that the background's weights are worth.
@@ -174,12 +185,16 @@ impl Share {
     fn of(side: &Side<'_>) -> Self {
         let surfaces = &side.own.surfaces;
         let mut seen = vec![0.0; surfaces.patches.len()];
+        let mut through = vec![0.0; surfaces.patches.len()];
         // Points of each cell within the range that is looked at.
         let mut asked = vec![0.0; surfaces.patches.len()];
         for (cell, sight) in surfaces.patch_of_point.iter().zip(side.sights) {
             // Deviating points that are no novelty are noise: they weigh on neither side.
             if *sight == Sight::Same {
                 seen[*cell as usize] += 1.0;
+            }
+            if *sight == Sight::Through {
+                through[*cell as usize] += 1.0;
             }
             if *sight != Sight::Beyond {
                 asked[*cell as usize] += 1.0;
@@ -196,21 +211,27 @@ impl Share {
             for i in points {
                 let cell = surfaces.patch_of_point[*i];
                 mass += share(cell);
-                if side.sights[*i] == Sight::Same {
-                    seen[cell as usize] -= 1.0;
+                match side.sights[*i] {
+                    Sight::Same => seen[cell as usize] -= 1.0,
+                    Sight::Through => through[cell as usize] -= 1.0,
+                    Sight::Unseen | Sight::Hidden | Sight::Beyond => {}
                 }
             }
             novelties.push(mass);
         }
         let mut places = Vec::new();
         let mut weights = Vec::new();
-        let mut unsure = (Vec::new(), Vec::new());
+        let (mut unsure, mut deviating) = (Surface::default(), Surface::default());
         for (cell, n) in seen.iter().enumerate() {
             let patch = &surfaces.patches[cell];
             let place = side.reference_from_own.carry(&patch.mean);
             if *n > 0.0 {
                 places.push(place);
                 weights.push(n * share(cell as u32));
+            }
+            if through[cell] > 0.0 {
+                deviating.0.push(place);
+                deviating.1.push(through[cell] * share(cell as u32));
             }
             if *n < asked[cell] {
                 unsure.0.push(place);
@@ -232,6 +253,7 @@ impl Share {
             places,
             weights,
             unsure,
+            deviating,
             background,
             novelties,
             overlap: known / all.max(f64::MIN_POSITIVE),
@@ -285,17 +307,20 @@ pub fn one_step() -> RefitSettings {
     }
 }
 
-/// For each component, the weight of surface that one view or the other did not surely see. A
-/// component's visible weights may differ by that much without any change.
-fn unsure_weights(mixture: &Mixture, sides: &[Share; 2]) -> Result<Vec<f64>, NoveltyError> {
-    let places: Vec<Point3<f64>> = sides.iter().flat_map(|s| s.unsure.0.clone()).collect();
+/// For each component, the weight of a doubtful surface of both views.
+fn doubtful_weights(
+    mixture: &Mixture,
+    sides: &[Share; 2],
+    which: impl Fn(&Share) -> &Surface,
+) -> Result<Vec<f64>, NoveltyError> {
+    let places: Vec<Point3<f64>> = sides.iter().flat_map(|s| which(s).0.clone()).collect();
     if places.is_empty() {
         return Ok(vec![0.0; mixture.len()]);
     }
     // In shares of each side's own background, so that they compare with its weights.
     let weights: Vec<f64> = sides
         .iter()
-        .flat_map(|s| s.unsure.1.iter().map(|w| w / s.background))
+        .flat_map(|s| which(s).1.iter().map(|w| w / s.background))
         .collect();
     let total: f64 = weights.iter().sum();
     let told = refit(
@@ -313,10 +338,13 @@ fn unsure_weights(mixture: &Mixture, sides: &[Share; 2]) -> Result<Vec<f64>, Nov
 
 /// Where two weights of a component differ by no more than two samples of one and the same weight
 /// would, both take their common value. The scatter of samples is measured on the components
-/// themselves (its median; neighbouring cells are not independent), so that no threshold of size enters.
+/// themselves (its median; neighbouring cells are not independent), so that no threshold of size enters. `unsure` is
+/// surface that one view or the other did not surely see: visible weights may differ by that much. No difference is
+/// larger than the surface of the component that deviates: all else was seen in its place by both views.
 fn explained_by_sampling(
     weights: [Vec<f64>; 2],
     unsure: &[f64],
+    deviating: &[f64],
     masses: [f64; 2],
     settings: &QuantifySettings,
 ) -> [Vec<f64>; 2] {
@@ -349,6 +377,12 @@ fn explained_by_sampling(
     let mut excess = [0.0; 2];
     let mut common = 0.0;
     for k in 0..pooled.len() {
+        let difference = (then[k] - now[k]).abs();
+        if square[k] > limit && deviating[k] < difference {
+            let believed = deviating[k] / difference;
+            then[k] = pooled[k] + believed * (then[k] - pooled[k]);
+            now[k] = pooled[k] + believed * (now[k] - pooled[k]);
+        }
         if square[k] <= limit {
             then[k] = pooled[k];
             now[k] = pooled[k];
@@ -388,13 +422,17 @@ mod tests {
         let (a, mut b) = (sample(), sample());
         let settings = QuantifySettings::default();
         let [then, now] =
-            explained_by_sampling([a.clone(), b.clone()], &[0.0; 100], [n, n], &settings);
+            explained_by_sampling([a.clone(), b.clone()], &[0.0; 100], &[1.0; 100], [n, n], &settings);
         assert!(then.iter().zip(&now).all(|(t, n)| (t - n).abs() < 1e-15));
         b[7] *= 2.0;
         let sum: f64 = b.iter().sum();
         b.iter_mut().for_each(|w| *w /= sum);
-        let [then, now] = explained_by_sampling([a, b], &[0.0; 100], [n, n], &settings);
+        let [then, now] = explained_by_sampling([a.clone(), b.clone()], &[0.0; 100], &[1.0; 100], [n, n], &settings);
         assert!(now[7] > 1.8 * then[7]);
         assert!((now.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        // Nothing deviates: whatever it is, it is no change of the scene.
+        let [then, now] =
+            explained_by_sampling([a, b], &[0.0; 100], &[0.0; 100], [n, n], &settings);
+        assert!(then.iter().zip(&now).all(|(t, n)| (t - n).abs() < 1e-6));
     }
 }
