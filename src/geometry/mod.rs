@@ -1,6 +1,7 @@
 //! Takes coordinates, gives poses, views, neighbours and rigid registration. Metres, radians, REP-103 axes
 //! (x forward, y left, z up) everywhere.
 
+mod field;
 mod landmarks;
 mod mount;
 mod neighbours;
@@ -14,6 +15,7 @@ mod surfaces;
 mod view;
 mod voxel;
 
+pub use field::Field;
 pub use landmarks::Landmarks;
 pub use mount::Mount;
 pub use neighbours::Grid;

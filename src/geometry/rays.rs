@@ -1,7 +1,7 @@
 //! The spherical index of a view: along which directions did it look, and how far did it see?
 
 use super::directions::Directions;
-use super::{View, thin};
+use super::{Field, View, thin};
 use nalgebra::{Point3, Vector3};
 
 /// Directions around a query are sorted into this many equal sectors.
@@ -26,6 +26,8 @@ pub struct Rays {
     ranges_m: Vec<f64>,
     index: Directions,
     coarse: Directions,
+    /// Bounds of where it looked.
+    pub field: Field,
     /// Typical distance to the next ray in the sparse direction of the pattern (between scan
     /// lines), radians.
     pub spacing_rad: f64,
@@ -110,6 +112,7 @@ impl Rays {
         let mut rays = Self {
             origin: fan.origin,
             mean_density_per_sr: 0.0,
+            field: Field::of(&coarse),
             coarse: Directions::new(&coarse, 3.0 * coarse_width),
             index,
             spacing_rad,

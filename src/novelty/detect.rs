@@ -4,10 +4,10 @@ use super::algorithm1;
 use super::quantify::{Balance, Side, quantify, split_settings};
 use super::verdict::{Findings, verdict};
 use super::{
-    Evidence, Judge, Kind, Model, Novelty, NoveltyError, Prepared, Segmentation, Settings, Sight,
+    Evidence, EvidenceSettings, Judge, Kind, Model, Novelty, NoveltyError, Prepared, Segmentation, Settings, Sight,
     Thing, Verdict, moved, noise, segment,
 };
-use crate::geometry::{Landmarks, NoiseLaw, Passage, Pose, Registration, View, register};
+use crate::geometry::{Field, Landmarks, NoiseLaw, Passage, Pose, Registration, View, register};
 use crate::mixture::{Components, FitSettings, Gaussian, Mixture, fit, split_until_flat};
 use nalgebra::Point3;
 
@@ -106,8 +106,8 @@ pub fn detect(
     let (things, literal) = match settings.segmentation {
         Segmentation::Evidence => {
             let things = [
-                segment(then, &evidence[0], &settings.segment),
-                segment(&now, &evidence[1], &settings.segment),
+                segment(then, &evidence[0], now.rays.spacing_rad, &settings.segment),
+                segment(&now, &evidence[1], then.rays.spacing_rad, &settings.segment),
             ];
             (things, None)
         }
@@ -232,6 +232,7 @@ impl<'a> Pair<'a> {
                 between: self.between,
                 registration: &self.registration,
                 reference_from_own: self.reference_from(side),
+                field: self.field(side, &settings.evidence),
                 settings: &settings.evidence,
             }
             .judge(&own.view.points, &own.view.origin);
@@ -248,6 +249,21 @@ impl<'a> Pair<'a> {
                 }
             }
             evidence
+        })
+    }
+
+    /// Bounds of where the view that judges `side` looked, if it is a bare cloud: its own, and, where both sensors stood
+    /// alike in their frames, those of the other visit.
+    fn field(&self, side: usize, settings: &EvidenceSettings) -> Option<Field> {
+        let (own, other) = (self.views[side], self.views[1 - side]);
+        if !other.view.no_return.is_empty() {
+            return None;
+        }
+        let alike = (own.view.origin - other.view.origin).norm() < settings.same_stand_m;
+        Some(if alike {
+            other.rays.field.joined(&own.rays.field)
+        } else {
+            other.rays.field.clone()
         })
     }
 

@@ -19,15 +19,22 @@ pub struct Thing {
     pub empty: f64,
 }
 
-/// Connects the deviating points of `own` (one evidence per point) and lists the things that pass
+/// Connects the deviating points of `own` (one evidence per point, judged by rows `other_spacing_rad` apart) and lists the things that pass
 /// the gates, largest support first.
-pub fn segment(own: &Prepared, evidence: &[Evidence], settings: &SegmentSettings) -> Vec<Thing> {
+pub fn segment(
+    own: &Prepared,
+    evidence: &[Evidence],
+    other_spacing_rad: f64,
+    settings: &SegmentSettings,
+) -> Vec<Thing> {
     let members = grow(own, evidence, settings);
+    // What is thinner than the other view's rows may hide between them.
+    let spacing_rad = own.rays.spacing_rad.max(other_spacing_rad);
     let mut things: Vec<Thing> = connect(own, &members, settings)
         .into_iter()
         .filter(|points| points.len() >= settings.least_points)
         .map(|points| measure(own, evidence, points, settings))
-        .filter(|thing| passes(own, thing, settings))
+        .filter(|thing| passes(thing, spacing_rad, settings))
         .collect();
     things.sort_by(|a, b| {
         b.support
@@ -37,8 +44,8 @@ pub fn segment(own: &Prepared, evidence: &[Evidence], settings: &SegmentSettings
     things
 }
 
-fn passes(own: &Prepared, thing: &Thing, settings: &SegmentSettings) -> bool {
-    let rows = thing.width_rad[0] / own.rays.spacing_rad;
+fn passes(thing: &Thing, spacing_rad: f64, settings: &SegmentSettings) -> bool {
+    let rows = thing.width_rad[0] / spacing_rad;
     let least_support = if rows >= settings.least_width_spacings {
         settings.least_support
     } else {

@@ -146,6 +146,14 @@ pub struct EvidenceSettings {
     /// Share of the reach up to which a direction without return proves free space in a bare cloud. A
     /// judgement, not measured; sweeps of our own say where nothing came back.
     pub hole_reach: f64,
+    /// A direction so many row spacings inside the bounds of a bare cloud's field was looked at,
+    pub field_margin_spacings: f64,
+    /// if it is also inside by what this much looks like from there, metres: a tilted sensor's eye moves about its axis,
+    /// and a cloud names one place for it.
+    pub eye_wanders_m: f64,
+    /// Sensors nearer to one another than this, each in its own view's frame, have one field, metres: poses at a waypoint
+    /// differ by some centimetres.
+    pub same_stand_m: f64,
     /// A hole is a direction without any ray nearer than this many row spacings.
     pub hole_spacings: f64,
 }
@@ -164,6 +172,9 @@ impl Default for EvidenceSettings {
             most_sigmas: 20.0,
             least_incidence: 0.05,
             hole_reach: 0.8,
+            field_margin_spacings: 2.0,
+            eye_wanders_m: 0.1,
+            same_stand_m: 0.3,
             hole_spacings: 1.2,
         }
     }

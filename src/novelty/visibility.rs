@@ -5,7 +5,7 @@
 //! is either the same surface or out of the other's sight: no change.
 
 use super::{EvidenceSettings, Prepared, noise::Between};
-use crate::geometry::{NoiseLaw, Passage, Patch, Registration};
+use crate::geometry::{Field, NoiseLaw, Passage, Patch, Registration};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -66,6 +66,8 @@ pub struct Judge<'a> {
     pub registration: &'a Registration,
     /// Maps the judged points to the reference's frame, in which the registration's errors are told.
     pub reference_from_own: Passage,
+    /// Bounds of where the other view looked, where it does not say itself what gave nothing back.
+    pub field: Option<Field>,
     /// The constants.
     pub settings: &'a EvidenceSettings,
 }
@@ -98,7 +100,7 @@ impl Judge<'_> {
         let Some((nearest, _)) = look.nearest.filter(|n| n.1 <= hole_rad) else {
             return self.judge_hole(&p, &d, range_m, noise_m, own);
         };
-        if look.filled < 5 {
+        if look.filled < 5 && !self.looked_into(&d, range_m) {
             return Evidence::none(Sight::Unseen);
         }
         let registration_m = self.registration_m(own, &d);
@@ -191,7 +193,8 @@ impl Judge<'_> {
         own: &Point3<f64>,
     ) -> Evidence {
         let rays = &self.other.rays;
-        if range_m > self.settings.hole_reach * rays.reach_m || !rays.surrounds(d) {
+        let near = range_m <= self.settings.hole_reach * rays.reach_m;
+        if !(near && rays.surrounds(d)) && !self.looked_into(d, range_m) {
             return Evidence::none(Sight::Unseen);
         }
         let z = self
@@ -203,6 +206,15 @@ impl Judge<'_> {
             z_loose: z,
             empty: true,
         }
+    }
+
+    /// Whether the other view, which does not say where nothing came back, must have looked along `d` at least this far.
+    fn looked_into(&self, d: &Vector3<f64>, range_m: f64) -> bool {
+        let rays = &self.other.rays;
+        let margin_rad = self.settings.field_margin_spacings * rays.spacing_rad
+            + self.settings.eye_wanders_m / range_m;
+        range_m <= self.settings.hole_reach * rays.reach_m
+            && self.field.as_ref().is_some_and(|f| f.holds(d, margin_rad))
     }
 
     /// Where a ray ends: at its return, or, without one, as far as the sensor surely sees.
