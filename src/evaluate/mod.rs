@@ -24,7 +24,7 @@ pub use changes::Change;
 pub use judge::{Clock, Engine, Given, Judged, judge};
 pub use pair::{Pair, PairError};
 pub use places::Kind;
-pub use plan::{Amounts, Planned, PoseError, plan};
+pub use plan::{Amounts, Planned, PoseError, Set, plan};
 pub use rates::Rate;
 pub use score::{Listed, Outcome, score};
 pub use sensor::Sensor;

@@ -3,7 +3,7 @@
 use super::changes::Change;
 use super::judge::{Engine, Given};
 use super::places::Kind;
-use super::plan::PoseError;
+use super::plan::{PoseError, Set};
 use super::rates::{Rate, mean, quantile};
 use super::score::{Listed, Outcome};
 use super::sensor::Sensor;
@@ -13,8 +13,8 @@ use serde::Serialize;
 /// The rates of one group of pairs, judged in one way.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Whether nothing was ever tuned on these pairs.
-    pub held_out: bool,
+    /// `tuned`, or what is held out: `held_out_places`, `held_out_sensor`.
+    pub set: &'static str,
     /// Judged by which engine.
     pub engine: &'static str,
     /// Points alone (`bare`) or a sweep of our own (`sweep`).
@@ -50,14 +50,12 @@ pub struct Row {
 /// Every row that has pairs.
 pub fn summarise(outcomes: &[Outcome]) -> Vec<Row> {
     let mut rows = Vec::new();
-    for held_out in [false, true] {
+    for set in Set::ALL {
         for engine in [Engine::Standard, Engine::Paper] {
             for given in [Given::Bare, Given::Sweep] {
                 let own: Vec<&Outcome> = outcomes
                     .iter()
-                    .filter(|o| {
-                        (o.planned.held_out, o.engine, o.given) == (held_out, engine, given)
-                    })
+                    .filter(|o| (o.planned.set, o.engine, o.given) == (set, engine, given))
                     .collect();
                 rows.extend(of_way(&own));
             }
@@ -90,12 +88,12 @@ fn of_way(own: &[&Outcome]) -> Vec<Row> {
                 o.planned.pose == pose
             });
         }
-        for sensor in Sensor::ALL {
+        for sensor in Sensor::all() {
             add(group, format!("sensor {}", sensor.word()), &|o| {
                 o.planned.sensor == sensor
             });
         }
-        for kind in Kind::ALL {
+        for kind in Kind::all() {
             add(group, format!("place {}", kind.word()), &|o| {
                 o.planned.place == kind
             });
@@ -124,7 +122,7 @@ fn row(group: &'static str, of: String, chosen: &[&Outcome]) -> Option<Row> {
         [0.5, 0.95].map(|share| quantile(chosen.iter().map(|o| value(o)), share))
     };
     Some(Row {
-        held_out: first.planned.held_out,
+        set: first.planned.set.word(),
         engine: first.engine.word(),
         view: first.given.word(),
         group,

@@ -4,7 +4,7 @@ use super::tell;
 use crate::cli::failure::{DONE, Failure, Outcome as Ended};
 use crate::cli::{output, progress};
 use crate::evaluate::{
-    Amounts, Change, Engine, Given, Kind, Outcome, Pair, Planned, Sensor, judge, plan, score,
+    Amounts, Change, Engine, Given, Kind, Outcome, Pair, Planned, Sensor, Set, judge, plan, score,
 };
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
@@ -13,7 +13,8 @@ use std::time::Instant;
 /// Arguments of `evaluate`.
 #[derive(Debug, Args)]
 pub struct EvaluateArgs {
-    /// Quiet pairs; large changes as many, in equal parts; balls a third, in equal parts; held-out ones a fifth of each
+    /// Quiet pairs; as many large changes and a third as many balls, in equal parts; a sixth of it all again for held-out
+    /// places and for the held-out sensor
     #[arg(long, value_name = "N", default_value_t = 300)]
     pairs: usize,
     /// Seed of everything random
@@ -88,11 +89,11 @@ fn one_of<T: Copy>(all: &[T], word: impl Fn(T) -> &'static str, text: &str) -> R
 }
 
 fn place(text: &str) -> Result<Kind, String> {
-    one_of(&Kind::ALL, Kind::word, text)
+    one_of(&Kind::all().collect::<Vec<_>>(), Kind::word, text)
 }
 
 fn sensor(text: &str) -> Result<Sensor, String> {
-    one_of(&Sensor::ALL, Sensor::word, text)
+    one_of(&Sensor::all().collect::<Vec<_>>(), Sensor::word, text)
 }
 
 fn pair(text: &str) -> Result<Planned, String> {
@@ -109,6 +110,7 @@ impl EvaluateArgs {
             large: n.div_ceil(Change::LARGE.len()),
             balls: n.div_ceil(3 * Change::BALLS.len()),
         };
+        let held_out = amounts(self.pairs / 6);
         let wanted = |p: &Planned| {
             let of_class = match self.only {
                 None => true,
@@ -119,9 +121,9 @@ impl EvaluateArgs {
             of_class
                 && (self.place.is_empty() || self.place.contains(&p.place))
                 && (self.sensor.is_empty() || self.sensor.contains(&p.sensor))
-                && (!self.held_out || p.held_out)
+                && (!self.held_out || p.set != Set::Tuned)
         };
-        plan(amounts(self.pairs), amounts(self.pairs / 5))
+        plan([amounts(self.pairs), held_out, held_out])
             .into_iter()
             .filter(wanted)
             .collect()

@@ -71,13 +71,15 @@ impl Report {
             "{} pairs, seed {}, {:.0} s; rates in % with 95 % intervals (Wilson)",
             self.pairs, self.seed, self.seconds
         )];
-        let way = |r: &Row| (r.held_out, r.engine, r.view, r.group);
+        let way = |r: &Row| (r.set, r.engine, r.view, r.group);
         for rows in self.rows.chunk_by(|a, b| way(a) == way(b)) {
             if let Some(first) = rows.first() {
-                let held = if first.held_out { ", held out" } else { "" };
                 let title = format!(
-                    "{}: {} engine, {}{held}",
-                    first.group, first.engine, first.view
+                    "{} pairs, {}: {} engine, {}",
+                    first.set.replace('_', " "),
+                    first.group,
+                    first.engine,
+                    first.view
                 );
                 parts.push(format!("\n{title}\n{}", rates(rows, timed)));
             }

@@ -1,6 +1,7 @@
 //! How sensors err.
 
 use super::cast::Met;
+use super::rings;
 use crate::evaluate::draw::Draw;
 use crate::world::{NoiseOptions, TrueBeam};
 use std::time::Duration;
@@ -39,6 +40,11 @@ pub enum Law {
         /// One sigma, metres.
         sigma_m: f64,
     },
+    /// As the held-out sensor does, with all ranges of a sweep scaled.
+    Rings {
+        /// The scale.
+        scale: f64,
+    },
     /// As recorded, and this share of the beams with a target gives nothing back.
     Flickering(NoiseOptions, f64),
 }
@@ -59,6 +65,7 @@ impl Law {
                 }
                 readings
             }
+            Self::Rings { scale } => rings::read(met, *scale, &mut draw),
             Self::Bound => each(met, |m| bound_m(m.range_m) / 3.0 * draw.normal()),
             Self::Biased { surfaces } => each(met, |m| {
                 let bias = Draw::new(*surfaces, m.object as u64).within(-1.0, 1.0);

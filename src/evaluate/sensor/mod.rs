@@ -3,6 +3,7 @@
 mod cast;
 mod law;
 mod pattern;
+mod rings;
 mod setting;
 
 pub use cast::{Met, cast, meet};

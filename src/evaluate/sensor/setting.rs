@@ -3,6 +3,7 @@
 use super::cast::{Met, cast};
 use super::law::{Law, Reading};
 use super::pattern::{Pattern, Rows, looks_at};
+use super::rings;
 use crate::evaluate::draw::Draw;
 use crate::geometry::{NoiseLaw, Pose, View};
 use crate::sweep::{FREE_RANGE_M, URG_NOISE};
@@ -37,6 +38,8 @@ pub enum Sensor {
     Coarse,
     /// The revisit's beams pass between the reference's.
     Offset,
+    /// The sensor that nothing is tuned on.
+    Rings,
 }
 
 /// Where a sensor looks.
@@ -44,6 +47,8 @@ pub enum Sensor {
 pub enum Field {
     /// A line scanner tilted between these angles, degrees.
     Tilted([f64; 2]),
+    /// Rings between these elevations, so far to either side, degrees.
+    Rings([f64; 3]),
 }
 
 impl Field {
@@ -51,6 +56,12 @@ impl Field {
     pub fn holds(&self, direction: &Vector3<f64>) -> bool {
         match self {
             Self::Tilted(tilts_deg) => looks_at(direction, *tilts_deg),
+            Self::Rings([low, high, side]) => {
+                let level = direction.x.hypot(direction.y);
+                let elevation = direction.z.atan2(level).to_degrees();
+                let azimuth = direction.y.atan2(direction.x).to_degrees();
+                elevation > *low && elevation < *high && azimuth.abs() < *side
+            }
         }
     }
 }
@@ -90,7 +101,7 @@ pub struct Sweep {
 
 impl Sensor {
     /// Those that anything may be tuned on.
-    pub const ALL: [Self; 10] = [
+    pub const TUNED: [Self; 10] = [
         Self::Urg,
         Self::Urg15,
         Self::Urg20,
@@ -116,11 +127,20 @@ impl Sensor {
             Self::Flicker => "flicker",
             Self::Coarse => "coarse",
             Self::Offset => "offset",
+            Self::Rings => "rings",
         }
+    }
+
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Self::TUNED.into_iter().chain([Self::Rings])
     }
 
     /// One such sensor, with what chance leaves open.
     pub fn setting(self, draw: &mut Draw) -> Setting {
+        if self == Self::Rings {
+            return rings::setting(draw);
+        }
         let from_deg = draw.within(-47.0, -35.0);
         let to_deg = draw.within(25.0, 31.0);
         let rows = Rows {
@@ -158,7 +178,7 @@ impl Sensor {
                 })
             };
             match self {
-                Self::Urg | Self::Coarse | Self::Offset => scaled(1.0),
+                Self::Urg | Self::Coarse | Self::Offset | Self::Rings => scaled(1.0),
                 Self::Urg15 => scaled(1.5),
                 Self::Urg20 => scaled(2.0),
                 Self::Bound => Law::Bound,
