@@ -13,9 +13,9 @@ pub const ITERATIONS: usize = 100;
 /// guard of its divisions, ten units of rounding.
 pub const DEAD_SHARE: f64 = 10.0 * f64::EPSILON;
 
-/// How far a component's log density may lie below the best of a point before it is left out, nats:
-/// exp(-46) = 1e-20 is four decimal orders below the rounding of the sum, so the sum stays the same.
-pub const NEGLIGIBLE_NATS: f64 = 46.0;
+/// How far a component's log density may lie below the best of a point before it is left out, bits: 2^-56 is
+/// an eighth of the rounding of the sum, and far below [`DEAD_SHARE`].
+pub const NEGLIGIBLE_BITS: f64 = 56.0;
 
 /// How far a sum of weights read from outside may lie from one before it is refused.
 pub const WEIGHT_SUM_SLACK: f64 = 1e-6;
