@@ -2,7 +2,7 @@
 
 use super::component::{Bounds, Ready};
 use super::constants::DEAD_SHARE;
-use super::em::{Collapse, EmSettings, Fit, Stopped};
+use super::em::{Collapse, EmSettings, Fit, Start, Stopped};
 use super::kernel::{Pass, Scratch, Sums, Tally};
 use super::lattice::Lattice;
 use super::symmetric::Eigen;
@@ -28,10 +28,15 @@ pub(super) struct Ascent<'a> {
     scratch: Vec<Mutex<Scratch>>,
     sums: Vec<Sums>,
     stepped: Vec<bool>,
+    /// Mass that every component must hold to live.
+    toll: f64,
+    /// Whether the last M step ended a component for its toll.
+    ended: bool,
 }
 
 impl<'a> Ascent<'a> {
-    /// From `mixture`, whose first `frozen` components keep mean and covariance.
+    /// From `mixture`, whose first `frozen` components keep mean and covariance; a component's mass counts as
+    /// far as it is above `toll`.
     ///
     /// # Errors
     /// A covariance that is singular with no regularisation.
@@ -39,6 +44,7 @@ impl<'a> Ascent<'a> {
         lattice: &'a Lattice,
         mut mixture: Mixture,
         frozen: usize,
+        toll: f64,
         settings: &'a EmSettings,
     ) -> Result<Self, MixtureError> {
         let k = mixture.len();
@@ -60,6 +66,8 @@ impl<'a> Ascent<'a> {
             scratch: (0..workers).map(|_| Mutex::new(Scratch::new(k))).collect(),
             sums: vec![[0.0; 10]; k],
             stepped: vec![false; k],
+            toll,
+            ended: false,
             mixture,
         };
         ascent.make_ready()?;
@@ -77,8 +85,8 @@ impl<'a> Ascent<'a> {
         let (mean_log_likelihood, stopped) = loop {
             let capped = iterations == settings.iterations;
             let likelihood = self.expect(!capped)?;
-            if settings.tolerance > 0.0 && iterations > 0 && likelihood - last < settings.tolerance
-            {
+            let rests = likelihood - last < settings.tolerance && !self.ended;
+            if settings.tolerance > 0.0 && iterations > 0 && rests {
                 break (likelihood, Stopped::Converged);
             }
             if capped {
@@ -99,6 +107,10 @@ impl<'a> Ascent<'a> {
             iterations,
             stopped,
             collapsed,
+            start: Start::Given,
+            runs: 1,
+            instructions: settings.instructions.or_portable(),
+            threads: self.scratch.len(),
         })
     }
 
@@ -176,9 +188,35 @@ impl<'a> Ascent<'a> {
                 self.stepped[k] = true;
             }
         }
+        if self.toll > 0.0 {
+            self.ended = self.take_toll();
+        }
         let sum: f64 = self.mixture.weights.iter().sum();
         self.mixture.weights.iter_mut().for_each(|w| *w /= sum);
         self.make_ready()
+    }
+
+    /// Takes the toll from every weight. Of those that cannot pay only the lightest ends, and never the last
+    /// of all: its points may save the others. Gives whether one ended.
+    fn take_toll(&mut self) -> bool {
+        let toll = self.toll / self.lattice.total_weight;
+        let weights = &mut self.mixture.weights;
+        let alive = (0..weights.len()).filter(|&k| weights[k] > 0.0);
+        let mut by_weight: Vec<usize> = alive.collect();
+        by_weight.sort_by(|&a, &b| weights[a].total_cmp(&weights[b]));
+        let ends = by_weight
+            .first()
+            .copied()
+            .filter(|&k| weights[k] <= toll && by_weight.len() > 1);
+        for k in by_weight {
+            if weights[k] > toll {
+                weights[k] -= toll;
+            }
+        }
+        if let Some(k) = ends {
+            weights[k] = 0.0;
+        }
+        ends.is_some()
     }
 
     fn make_ready(&mut self) -> Result<(), MixtureError> {

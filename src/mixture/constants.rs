@@ -51,3 +51,6 @@ pub const FLAT_SIGMAS_OF_NOISE: f64 = 1.5;
 
 /// A part is at least this many point spacings wide: four by four points, more than [`SPLIT_MIN_POINTS`].
 pub const FLAT_WIDTH_SPACINGS: f64 = 4.0;
+
+/// Components at most that BIC and MML try where nothing else is asked for; BIC fits every number up to it.
+pub const MOST_COMPONENTS: usize = 30;

@@ -71,7 +71,21 @@ pub enum Collapse {
     NoVolume,
 }
 
-/// What a run of EM gives.
+/// Where a fit began.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Start {
+    /// At a mixture that the caller gave.
+    Given,
+    /// At the cells of k-means++.
+    KMeans {
+        /// Which draw of the seed, from 0.
+        restart: u64,
+    },
+    /// At the parts of a cloud that was halved until all were flat.
+    Flat,
+}
+
+/// What a run of EM gives, and how it came about.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// The mixture after the last M step; component k grew from component k of the start.
@@ -84,6 +98,14 @@ pub struct Fit {
     pub stopped: Stopped,
     /// Components that collapsed, by index.
     pub collapsed: Vec<(usize, Collapse)>,
+    /// Where it began.
+    pub start: Start,
+    /// Runs of EM that it is the best of.
+    pub runs: usize,
+    /// What the inner loops ran on.
+    pub instructions: Instructions,
+    /// Worker threads there were.
+    pub threads: usize,
 }
 
 /// Runs EM from `start` on `points` (metres), each counting as `weights` says (1 if absent).
@@ -113,6 +135,19 @@ pub fn run_frozen(
     frozen: usize,
     settings: &EmSettings,
 ) -> Result<Fit, MixtureError> {
+    ascend(points, weights, start, frozen, 0.0, settings)
+}
+
+/// As [`run_frozen`]; `toll` is what every component must hold to live, in mean point weights (see
+/// [`super::mml`]).
+pub(super) fn ascend(
+    points: &[Point3<f64>],
+    weights: Option<&[f64]>,
+    start: Mixture,
+    frozen: usize,
+    toll: f64,
+    settings: &EmSettings,
+) -> Result<Fit, MixtureError> {
     settings.check()?;
     let start = Mixture::from_masses(start.weights, start.components)?;
     if start.is_empty() {
@@ -120,14 +155,15 @@ pub fn run_frozen(
     }
     in_pool(settings.threads, || {
         let lattice = Lattice::new(points, weights, settings.threads != 1)?;
-        Ascent::new(&lattice, start, frozen, settings)?.climb()
+        let toll = toll * lattice.total_weight / points.len() as f64;
+        Ascent::new(&lattice, start, frozen, toll, settings)?.climb()
     })?
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Collapse, EmSettings, Stopped, run, run_frozen};
-    use crate::mixture::{Gaussian, Mixture, MixtureError};
+    use super::{Collapse, EmSettings, Fit, Stopped, run, run_frozen};
+    use crate::mixture::{Gaussian, Instructions, Mixture, MixtureError};
     use nalgebra::{Matrix3, Point3, Vector3};
     use proptest::prelude::*;
 
@@ -224,11 +260,52 @@ mod tests {
                 threads,
                 ..exactly(5)
             };
-            assert_eq!(
-                run(&points, None, start_at(&points, 12), &settings).expect("fits"),
-                one
-            );
+            let fit = run(&points, None, start_at(&points, 12), &settings).expect("fits");
+            let told = Fit {
+                threads: fit.threads,
+                ..one.clone()
+            };
+            assert_eq!(fit, told);
         }
+    }
+
+    #[test]
+    fn all_instructions_give_one_answer() {
+        let (near, mut far) = (lattice_points(5_000), lattice_points(5_000));
+        far.iter_mut()
+            .for_each(|p| *p += Vector3::new(1e6, -1e6, 0.0));
+        for points in [near, far] {
+            let fit = |instructions| {
+                let settings = EmSettings {
+                    instructions,
+                    ..exactly(12)
+                };
+                run(&points, None, start_at(&points, 9), &settings).expect("fits")
+            };
+            let portable = fit(Instructions::Portable);
+            for set in Instructions::ALL.into_iter().filter(|set| set.available()) {
+                let got = fit(set);
+                assert_eq!(got.instructions, set);
+                assert!((got.mean_log_likelihood - portable.mean_log_likelihood).abs() < 1e-9);
+                for k in 0..9 {
+                    let (a, b) = (got.mixture.components[k], portable.mixture.components[k]);
+                    let apart = got.mixture.weights[k] - portable.mixture.weights[k];
+                    assert!(apart.abs() < 1e-9 && (a.mean - b.mean).norm() < 1e-9);
+                    assert!((a.covariance - b.covariance).amax() < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_million_points_and_more_components_than_points_have_answers() {
+        let many = lattice_points(1_000_000);
+        let fit = run(&many, None, start_at(&many, 3), &exactly(1)).expect("fits");
+        assert!(fit.mean_log_likelihood.is_finite() && fit.collapsed.is_empty());
+        let few = &many[..3];
+        let fit = run(few, None, start_at(few, 10), &exactly(5)).expect("fits");
+        assert!(fit.mean_log_likelihood.is_finite());
+        assert!(fit.mixture.weights.iter().all(|w| w.is_finite()));
     }
 
     #[test]

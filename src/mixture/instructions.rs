@@ -58,6 +58,15 @@ impl Instructions {
         widest.unwrap_or(Self::Portable)
     }
 
+    /// These, or the portable ones where the processor lacks these.
+    pub fn or_portable(self) -> Self {
+        if self.available() {
+            self
+        } else {
+            Self::Portable
+        }
+    }
+
     /// As reports name it.
     pub fn name(self) -> &'static str {
         match self {

@@ -12,6 +12,7 @@ mod gaussian;
 pub(crate) mod instructions;
 mod kernel;
 mod lattice;
+pub mod mml;
 mod model;
 pub mod order;
 mod pool;
@@ -21,7 +22,7 @@ pub mod seed;
 pub mod split;
 pub mod symmetric;
 
-pub use em::{Collapse, EmSettings, Fit, Stopped};
+pub use em::{Collapse, EmSettings, Fit, Start, Stopped};
 pub use error::MixtureError;
 pub use fit::{Components, FitSettings, fit};
 pub use gaussian::{Density, Gaussian};

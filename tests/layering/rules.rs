@@ -15,7 +15,8 @@ pub const CORRIDOR: [&str; 16] = [
 const NARROWER: [(&str, &[&str]); 1] = [("world", &["geometry", "formats"])];
 
 /// Outside crates, and the folders that may name them.
-const HOMES: [(&str, &[&str]); 3] = [
+const HOMES: [(&str, &[&str]); 4] = [
+    ("pulp", &["src/mixture/instructions.rs"]),
     ("serialport", &["drivers/link/"]),
     ("rusqlite", &["src/store/"]),
     ("tokio", &["src/service/", "src/cli/"]),
