@@ -1,11 +1,13 @@
-//! How the ground distances and the exact transport grow with components.
+//! How the ground distances and the exact transport grow with components, on one thread and two; and the
+//! transport on the peers' inputs (folder `PEERS_DATA`), to hold beside their figures.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Point3};
 use patrold::distance::{Ground, cost_matrix, emd_of_costs};
-use patrold::mixture::{Gaussian, Mixture};
+use patrold::mixture::{Gaussian, Mixture, MixtureRecord};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::path::PathBuf;
 
 fn mixture(k: usize, seed: u64) -> Mixture {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -29,7 +31,7 @@ fn mixture(k: usize, seed: u64) -> Mixture {
 }
 
 fn distance(criterion: &mut Criterion) {
-    for k in [100, 300, 1000] {
+    for k in [10, 30, 100, 300, 1000] {
         let (a, b) = (mixture(k, 1), mixture(k, 2));
         let mut group = criterion.benchmark_group("ground");
         group.sample_size(10);
@@ -38,9 +40,14 @@ fn distance(criterion: &mut Criterion) {
             ("euclid", Ground::Euclid),
             ("fm", Ground::Fm),
         ] {
-            group.bench_function(BenchmarkId::new(name, k), |bench| {
-                bench.iter(|| cost_matrix(&a, &b, ground));
-            });
+            for threads in [1, 2] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                let pool = pool.expect("threads");
+                let id = BenchmarkId::new(format!("{name}_threads{threads}"), k);
+                group.bench_function(id, |bench| {
+                    bench.iter(|| pool.install(|| cost_matrix(&a, &b, ground)));
+                });
+            }
         }
         group.finish();
         let mut group = criterion.benchmark_group("transport");
@@ -53,5 +60,28 @@ fn distance(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, distance);
+fn peers(criterion: &mut Criterion) {
+    let Some(folder) = std::env::var_os("PEERS_DATA").map(PathBuf::from) else {
+        eprintln!("transport_on_peers_inputs is left out: PEERS_DATA names no folder");
+        return;
+    };
+    let mut group = criterion.benchmark_group("transport_on_peers_inputs");
+    for n in [10, 30, 100, 300, 1000] {
+        let read = |side: &str| {
+            let path = folder.join(format!("mixture_{side}_{n}.json"));
+            MixtureRecord::parse(&std::fs::read_to_string(path).ok()?).ok()
+        };
+        let (Some(a), Some(b)) = (read("a"), read("b")) else {
+            eprintln!("n = {n} is left out: not in {}", folder.display());
+            continue;
+        };
+        let costs = cost_matrix(&a, &b, Ground::W2);
+        group.bench_function(BenchmarkId::from_parameter(n), |bench| {
+            bench.iter(|| emd_of_costs(&a.weights, &b.weights, &costs));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, distance, peers);
 criterion_main!(benches);

@@ -1,11 +1,28 @@
-//! How EM and splitting grow with points and components.
+//! How EM and splitting grow with points and components, on one thread and two; and EM on the peers' inputs
+//! (folder `PEERS_DATA`), to hold beside their figures.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Point3, Vector3};
+use patrold::formats::read_cloud;
 use patrold::geometry::thin;
-use patrold::mixture::{EmSettings, Gaussian, Mixture, SplitSettings, em, split_until_flat};
+use patrold::mixture::{
+    Components, EmSettings, FitSettings, Gaussian, Instructions, Mixture, MixtureRecord,
+    SplitSettings, em, fit, seed, split_until_flat,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::path::{Path, PathBuf};
+
+const SIZES: [usize; 3] = [20_000, 82_000, 300_000];
+
+fn exactly(iterations: usize, threads: usize) -> EmSettings {
+    EmSettings {
+        iterations,
+        tolerance: 0.0,
+        threads,
+        ..EmSettings::default()
+    }
+}
 
 /// `n` points around `k` centres in a box of 6 m, and a start at the centres.
 fn heaps(n: usize, k: usize) -> (Vec<Point3<f64>>, Mixture) {
@@ -43,19 +60,63 @@ fn room(n: usize) -> Vec<Point3<f64>> {
     (0..n).map(&mut point).collect()
 }
 
-fn fit(criterion: &mut Criterion) {
+fn ascent(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("em_ten_iterations");
     group.sample_size(10);
-    for (n, k) in [(20_000, 30), (100_000, 30), (300_000, 30), (100_000, 120)] {
+    for (n, k) in SIZES.map(|n| (n, 30)).into_iter().chain([(82_000, 120)]) {
         let (points, start) = heaps(n, k);
-        let settings = EmSettings {
-            iterations: 10,
-            tolerance: 0.0,
-            ..EmSettings::default()
-        };
         group.throughput(Throughput::Elements((n * k * 10) as u64));
-        group.bench_function(BenchmarkId::from_parameter(format!("n{n}_k{k}")), |b| {
+        for threads in [1, 2] {
+            group.bench_function(
+                BenchmarkId::new(format!("threads{threads}"), format!("n{n}_k{k}")),
+                |b| {
+                    b.iter(|| em::run(&points, None, start.clone(), &exactly(10, threads)));
+                },
+            );
+        }
+    }
+    let (points, start) = heaps(82_000, 30);
+    for instructions in Instructions::ALL.into_iter().filter(|set| set.available()) {
+        let settings = EmSettings {
+            instructions,
+            ..exactly(10, 1)
+        };
+        group.bench_function(BenchmarkId::new(instructions.name(), "n82000_k30"), |b| {
             b.iter(|| em::run(&points, None, start.clone(), &settings));
+        });
+    }
+    group.finish();
+}
+
+/// Arranging the points and one pass, the start of k-means++, and the search for a number of components.
+fn stages(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("fit_stages");
+    group.sample_size(10);
+    for n in SIZES {
+        let (points, start) = heaps(n, 30);
+        for threads in [1, 2] {
+            group.bench_function(
+                BenchmarkId::new(format!("one_pass_threads{threads}"), n),
+                |b| {
+                    b.iter(|| em::run(&points, None, start.clone(), &exactly(0, threads)));
+                },
+            );
+        }
+        group.bench_function(BenchmarkId::new("k_means", n), |b| {
+            b.iter(|| seed::k_means_start(&points, None, 30, 7, 0));
+        });
+    }
+    let (points, _) = heaps(20_000, 8);
+    for (name, components) in [
+        ("bic", Components::Bic { max: 12 }),
+        ("mml", Components::Mml { max: 12 }),
+    ] {
+        let settings = FitSettings {
+            components,
+            ..FitSettings::default()
+        };
+        group.bench_function(BenchmarkId::new(name, 20_000), |b| {
+            b.iter(|| fit(&points, None, &settings))
         });
     }
     group.finish();
@@ -64,7 +125,7 @@ fn fit(criterion: &mut Criterion) {
 fn split(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("thin_and_split");
     group.sample_size(20);
-    for n in [20_000, 80_000, 300_000] {
+    for n in SIZES {
         let points = room(n);
         group.bench_function(BenchmarkId::from_parameter(n), |b| {
             b.iter(|| {
@@ -76,5 +137,43 @@ fn split(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, fit, split);
+/// A cloud and a start of the peers; `None` where they are not at hand.
+fn of_peers(folder: &Path, n: usize, k: usize) -> Option<(Vec<Point3<f64>>, Mixture)> {
+    let bytes = std::fs::read(folder.join(format!("room_a_{n}.ply"))).ok()?;
+    let start = std::fs::read_to_string(folder.join(format!("init_{n}_{k}.json"))).ok()?;
+    let points = read_cloud(&bytes, Some("ply")).ok()?.points;
+    Some((points, MixtureRecord::parse(&start).ok()?))
+}
+
+fn peers(criterion: &mut Criterion) {
+    let Some(folder) = std::env::var_os("PEERS_DATA").map(PathBuf::from) else {
+        eprintln!("em_on_peers_inputs is left out: PEERS_DATA names no folder");
+        return;
+    };
+    let mut group = criterion.benchmark_group("em_on_peers_inputs_twelve_iterations");
+    group.sample_size(10);
+    for (n, k) in [
+        (20_000, 30),
+        (100_000, 10),
+        (100_000, 30),
+        (100_000, 100),
+        (500_000, 30),
+    ] {
+        let Some((points, start)) = of_peers(&folder, n, k) else {
+            eprintln!("n = {n}, k = {k} is left out: not in {}", folder.display());
+            continue;
+        };
+        for threads in [1, 2] {
+            group.bench_function(
+                BenchmarkId::new(format!("threads{threads}"), format!("n{n}_k{k}")),
+                |b| {
+                    b.iter(|| em::run(&points, None, start.clone(), &exactly(12, threads)));
+                },
+            );
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, ascent, stages, split, peers);
 criterion_main!(benches);

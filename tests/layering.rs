@@ -162,6 +162,10 @@ fn each_outside_crate_has_one_home() {
         1
     );
     assert_eq!(
+        says(rule, "src/distance/simplex.rs", "pulp::Arch::new()"),
+        1
+    );
+    assert_eq!(
         says(rule, "src/devices/laser.rs", "use tokio::sync::mpsc;"),
         1
     );

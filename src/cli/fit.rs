@@ -2,8 +2,10 @@
 
 use super::failure::{DONE, Failure, Outcome};
 use super::{clouds, files, output};
+use crate::mixture::constants::{MOST_COMPONENTS, RESTARTS};
 use crate::mixture::{
-    Components, EmSettings, Fit, FitSettings, Mixture, MixtureRecord, SplitSettings, Stopped, fit,
+    Collapse, Components, EmSettings, Fit, FitSettings, Mixture, MixtureRecord, SplitSettings,
+    Start, Stopped, fit,
 };
 use clap::Args;
 use serde::Serialize;
@@ -15,17 +17,23 @@ use std::time::Instant;
 pub struct FitArgs {
     /// Recorded cloud (PLY, PCD or XYZ text)
     cloud: PathBuf,
-    /// Number of components [default: split until every component is flat]
-    #[arg(long, value_name = "K", conflicts_with = "init", value_parser = clap::value_parser!(u32).range(1..))]
-    components: Option<u32>,
-    /// Start from this mixture and run exactly --iterations
+    /// How many: a number K, `bic` or `mml` to find one, `flat` to split until every component is flat
+    #[arg(long, value_name = "K|bic|mml|flat", default_value = "flat", conflicts_with = "init", value_parser = Count::parse)]
+    components: Count,
+    /// Most components that bic and mml try
+    #[arg(long, value_name = "K", default_value_t = MOST_COMPONENTS, value_parser = most)]
+    max_components: usize,
+    /// Starts drawn anew for K, bic and mml; the best fit wins
+    #[arg(long, value_name = "R", default_value_t = RESTARTS, value_parser = most)]
+    restarts: usize,
+    /// Start from this mixture and run exactly --iterations (without --tolerance)
     #[arg(long, value_name = "FILE.json")]
     init: Option<PathBuf>,
     /// EM steps at most
     #[arg(long, value_name = "N", default_value_t = EmSettings::default().iterations)]
     iterations: usize,
-    /// Stop when the mean log-likelihood rises by less than this; 0 runs every step
-    #[arg(long, value_name = "T", conflicts_with = "init")]
+    /// Stop when the mean log-likelihood rises by less than this; 0 runs every step [default: 0.001, with --init 0]
+    #[arg(long, value_name = "T")]
     tolerance: Option<f64>,
     /// Worker threads
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
@@ -38,6 +46,44 @@ pub struct FitArgs {
     json: bool,
 }
 
+/// How many components, by name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Count {
+    Fixed(usize),
+    Bic,
+    Mml,
+    Flat,
+}
+
+impl Count {
+    fn parse(text: &str) -> Result<Self, String> {
+        match text {
+            "bic" => Ok(Self::Bic),
+            "mml" => Ok(Self::Mml),
+            "flat" => Ok(Self::Flat),
+            number => most(number)
+                .map(Self::Fixed)
+                .map_err(|_| "expected a number from 1, bic, mml or flat".to_owned()),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Fixed(_) => "fixed",
+            Self::Bic => "bic",
+            Self::Mml => "mml",
+            Self::Flat => "flat",
+        }
+    }
+}
+
+fn most(text: &str) -> Result<usize, String> {
+    match text.parse::<u32>() {
+        Ok(n) if n > 0 => Ok(n as usize),
+        _ => Err("expected a number from 1".to_owned()),
+    }
+}
+
 #[derive(Serialize)]
 struct Report {
     #[serde(flatten)]
@@ -47,12 +93,35 @@ struct Report {
     stopped: &'static str,
     points: usize,
     dropped: usize,
+    components_by: &'static str,
+    start: StartReport,
+    runs: usize,
+    collapsed: Vec<CollapseReport>,
+    instructions: &'static str,
+    threads: usize,
     fit_ms: f64,
+}
+
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+enum StartReport {
+    Init,
+    KMeans { seed: u64, restart: u64 },
+    Flat,
+}
+
+#[derive(Serialize)]
+struct CollapseReport {
+    component: usize,
+    why: &'static str,
 }
 
 /// Runs `fit`.
 pub fn run(args: &FitArgs) -> Outcome {
-    let tolerance = args.tolerance.unwrap_or(EmSettings::default().tolerance);
+    let tolerance = args.tolerance.unwrap_or(match args.init {
+        Some(_) => 0.0,
+        None => EmSettings::default().tolerance,
+    });
     if !(tolerance.is_finite() && tolerance >= 0.0) {
         return Err(Failure::Usage(format!(
             "--tolerance wants a number of 0 or more, got {tolerance}"
@@ -63,26 +132,32 @@ pub fn run(args: &FitArgs) -> Outcome {
     let settings = FitSettings {
         em: EmSettings {
             iterations: args.iterations,
-            tolerance: if start.is_some() { 0.0 } else { tolerance },
+            tolerance,
             threads: usize::from(args.threads),
             ..EmSettings::default()
         },
         components: match (start, args.components) {
             (Some(mixture), _) => Components::Start(mixture),
-            (None, Some(k)) => Components::Fixed(k as usize),
-            (None, None) => Components::Flat(SplitSettings::default()),
+            (None, Count::Fixed(k)) => Components::Fixed(k),
+            (None, Count::Bic) => Components::Bic {
+                max: args.max_components,
+            },
+            (None, Count::Mml) => Components::Mml {
+                max: args.max_components,
+            },
+            (None, Count::Flat) => Components::Flat(SplitSettings::default()),
         },
         seed: args.seed,
-        ..FitSettings::default()
+        restarts: args.restarts,
     };
     let began = Instant::now();
     let fitted =
         fit(&cloud.points, None, &settings).map_err(|error| files::named(&args.cloud, error))?;
     let fit_ms = began.elapsed().as_secs_f64() * 1e3;
-    tell(&fitted, &cloud, fit_ms, args.json)
+    tell(&fitted, &cloud, fit_ms, args)
 }
 
-fn tell(fitted: &Fit, cloud: &clouds::LoadedCloud, fit_ms: f64, as_json: bool) -> Outcome {
+fn tell(fitted: &Fit, cloud: &clouds::LoadedCloud, fit_ms: f64, args: &FitArgs) -> Outcome {
     let report = Report {
         mixture: MixtureRecord::from(&fitted.mixture),
         mean_log_likelihood: fitted.mean_log_likelihood,
@@ -93,22 +168,51 @@ fn tell(fitted: &Fit, cloud: &clouds::LoadedCloud, fit_ms: f64, as_json: bool) -
         },
         points: cloud.points.len(),
         dropped: cloud.dropped(),
+        components_by: match args.init {
+            Some(_) => "init",
+            None => args.components.name(),
+        },
+        start: match fitted.start {
+            Start::Given => StartReport::Init,
+            Start::KMeans { restart } => StartReport::KMeans {
+                seed: args.seed,
+                restart,
+            },
+            Start::Flat => StartReport::Flat,
+        },
+        runs: fitted.runs,
+        collapsed: fitted.collapsed.iter().map(collapse).collect(),
+        instructions: fitted.instructions.name(),
+        threads: fitted.threads,
         fit_ms,
     };
-    if as_json {
+    if args.json {
         output::json(&report)?;
         return Ok(DONE);
     }
     output::line(format!(
-        "{} points ({} dropped), {} components, {} iterations ({}), mean log-likelihood {:.6}, {fit_ms:.1} ms",
+        "{} points ({} dropped), {} components ({} collapsed), {} iterations ({}), mean log-likelihood {:.6}, {fit_ms:.1} ms ({}, threads: {})",
         report.points,
         report.dropped,
         fitted.mixture.len(),
+        report.collapsed.len(),
         report.iterations,
         report.stopped,
-        report.mean_log_likelihood
+        report.mean_log_likelihood,
+        report.instructions,
+        report.threads
     ))?;
     Ok(DONE)
+}
+
+fn collapse(&(component, why): &(usize, Collapse)) -> CollapseReport {
+    CollapseReport {
+        component,
+        why: match why {
+            Collapse::NoMass => "no_mass",
+            Collapse::NoVolume => "no_volume",
+        },
+    }
 }
 
 /// Reads a mixture file of the contract's form.

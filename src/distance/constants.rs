@@ -20,3 +20,7 @@ pub const FAST_ERROR: f64 = 1e-13;
 /// Share of the covariances' trace that the squared W2 must have for the closed form: below it the
 /// difference of traces cancels.
 pub const FAST_SHARE: f64 = 1e-2;
+
+/// Edges priced before the best of them enters, at most half of all: fewer make more pivots, more make them dearer;
+/// least time at 100 to 1000 by as many (`cargo bench --bench distance`).
+pub const PRICED_EDGES: usize = 2000;

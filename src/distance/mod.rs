@@ -6,6 +6,7 @@ pub mod constants;
 mod emd;
 mod error;
 mod ground;
+mod pricing;
 mod simplex;
 mod transport;
 

@@ -4,27 +4,39 @@
 //! *strongly feasible*: an edge that carries nothing points towards the root (its row is the child).
 //! With the rule for the leaving edge below this rules out cycling, however degenerate the masses.
 
-use super::constants::PRICE_SLACK;
+use super::constants::{PRICE_SLACK, PRICED_EDGES};
+use super::pricing::{cheapest, largest};
+use crate::mixture::instructions::{Instructions, Loops};
 
 /// Marks the root's parent and the end of a list of children.
-const NONE: usize = usize::MAX;
+const NONE: u32 = u32::MAX;
 
 /// Nodes `0..m` are rows, `m..m + n` columns. Masses are all positive.
 pub(super) struct Simplex<'a> {
     m: usize,
     n: usize,
     costs: &'a [f64],
-    parent: Vec<usize>,
+    root: usize,
+    links: Vec<Links>,
     /// Flow on the edge to the parent.
     flow: Vec<f64>,
-    depth: Vec<usize>,
     /// Duals: rows u, columns v; on the tree u + v = cost.
     potential: Vec<f64>,
-    first_child: Vec<usize>,
-    next: Vec<usize>,
-    previous: Vec<usize>,
-    stack: Vec<usize>,
+    /// Nodes still to visit, or visited, in walks over the tree.
+    walk: Vec<u32>,
     slack: f64,
+}
+
+/// Where a node hangs.
+#[derive(Clone, Copy)]
+struct Links {
+    parent: u32,
+    first_child: u32,
+    /// Its neighbours among the parent's children.
+    next: u32,
+    previous: u32,
+    /// Nodes in the tree below it, itself among them.
+    size: u32,
 }
 
 impl<'a> Simplex<'a> {
@@ -32,23 +44,26 @@ impl<'a> Simplex<'a> {
     /// step, a column on ties, which makes the tree strongly feasible.
     pub(super) fn new(rows: &[f64], columns: &[f64], costs: &'a [f64]) -> Self {
         let (m, n) = (rows.len(), columns.len());
+        let alone = Links {
+            parent: NONE,
+            first_child: NONE,
+            next: NONE,
+            previous: NONE,
+            size: 1,
+        };
         let mut simplex = Self {
             m,
             n,
             costs,
-            parent: vec![NONE; m + n],
+            root: m,
+            links: vec![alone; m + n],
             flow: vec![0.0; m + n],
-            depth: vec![0; m + n],
             potential: vec![0.0; m + n],
-            first_child: vec![NONE; m + n],
-            next: vec![NONE; m + n],
-            previous: vec![NONE; m + n],
-            stack: Vec::with_capacity(m + n),
-            slack: PRICE_SLACK * costs.iter().fold(0.0, |a: f64, c| a.max(c.abs())),
+            walk: Vec::with_capacity(m + n),
+            slack: PRICE_SLACK * largest(costs),
         };
         let mut open: Vec<usize> = (0..n).collect();
         let mut left = columns.to_vec();
-        let mut root = m;
         for (row, &mass) in rows.iter().enumerate() {
             let mut rest = mass;
             loop {
@@ -57,7 +72,7 @@ impl<'a> Simplex<'a> {
                     (0..open.len()).min_by(|&a, &b| cost(open[a]).total_cmp(&cost(open[b])));
                 let Some(at) = cheapest else { break };
                 let column = open[at];
-                root = m + column;
+                simplex.root = m + column;
                 let last_row = row + 1 == m;
                 let close_row = if open.len() == 1 && last_row {
                     true
@@ -74,107 +89,134 @@ impl<'a> Simplex<'a> {
                 open.swap_remove(at);
             }
         }
-        simplex.refresh(root);
+        simplex.settle();
+        for at in (1..simplex.walk.len()).rev() {
+            let node = simplex.links[simplex.walk[at] as usize];
+            simplex.links[node.parent as usize].size += node.size;
+        }
         simplex
     }
 
+    #[inline(always)]
     fn attach(&mut self, child: usize, parent: usize, flow: f64) {
-        self.parent[child] = parent;
         self.flow[child] = flow;
-        let head = self.first_child[parent];
-        self.next[child] = head;
-        self.previous[child] = NONE;
+        let head = self.links[parent].first_child;
+        let links = &mut self.links[child];
+        (links.parent, links.next, links.previous) = (parent as u32, head, NONE);
         if head != NONE {
-            self.previous[head] = child;
+            self.links[head as usize].previous = child as u32;
         }
-        self.first_child[parent] = child;
+        self.links[parent].first_child = child as u32;
     }
 
+    #[inline(always)]
     fn detach(&mut self, child: usize) {
-        let (before, after) = (self.previous[child], self.next[child]);
-        match before {
-            NONE => self.first_child[self.parent[child]] = after,
-            _ => self.next[before] = after,
+        let Links {
+            parent,
+            next,
+            previous,
+            ..
+        } = self.links[child];
+        match previous {
+            NONE => self.links[parent as usize].first_child = next,
+            _ => self.links[previous as usize].next = next,
         }
-        if after != NONE {
-            self.previous[after] = before;
+        if next != NONE {
+            self.links[next as usize].previous = previous;
         }
     }
 
+    #[inline(always)]
     fn cost(&self, a: usize, b: usize) -> f64 {
         let (row, column) = if a < b { (a, b) } else { (b, a) };
         self.costs[row * self.n + column - self.m]
     }
 
-    /// Depths and potentials of everything below `top`, from its own.
-    fn refresh(&mut self, top: usize) {
-        self.stack.push(top);
-        while let Some(node) = self.stack.pop() {
-            let mut child = self.first_child[node];
+    /// Potentials of the whole tree from its costs; pivots only shift them, and shifts gather rounding.
+    /// Leaves all nodes in `walk`, parents before children.
+    #[inline(always)]
+    fn settle(&mut self) {
+        self.walk.clear();
+        self.walk.push(self.root as u32);
+        let mut at = 0;
+        while let Some(&node) = self.walk.get(at) {
+            let node = node as usize;
+            let mut child = self.links[node].first_child;
             while child != NONE {
-                self.depth[child] = self.depth[node] + 1;
-                self.potential[child] = self.cost(child, node) - self.potential[node];
-                self.stack.push(child);
-                child = self.next[child];
+                self.potential[child as usize] =
+                    self.cost(child as usize, node) - self.potential[node];
+                self.walk.push(child);
+                child = self.links[child as usize].next;
             }
+            at += 1;
         }
     }
 
     /// Pivots until no edge is worth entering; gives the number of pivots, or that of the cap.
     pub(super) fn solve(&mut self, cap: usize) -> Result<usize, usize> {
-        let mut row = 0;
-        let mut pivots = 0;
-        let block = ((self.m * self.n) as f64).sqrt() as usize / self.n + 1;
-        while let Some((r, c)) = self.entering(&mut row, block) {
-            if pivots == cap {
-                return Err(pivots);
-            }
-            self.pivot(r, self.m + c);
-            pivots += 1;
-        }
-        Ok(pivots)
+        Instructions::best().run(Solve { simplex: self, cap })
     }
 
-    /// Block search: the best edge of the next rows that have any worth entering.
-    fn entering(&self, row: &mut usize, block: usize) -> Option<(usize, usize)> {
+    /// Block search: the best edge of the next rows that have any worth entering, and its price.
+    #[inline(always)]
+    fn entering<const LANES: usize>(
+        &self,
+        row: &mut usize,
+        block: usize,
+    ) -> Option<(usize, usize, f64)> {
         let columns = &self.potential[self.m..];
-        let mut best = (-self.slack, None);
-        for scanned in 1..=self.m {
+        let mut best = None;
+        let mut least = -self.slack;
+        let mut in_block = 0;
+        for _ in 0..self.m {
             let u = self.potential[*row];
             let costs = &self.costs[*row * self.n..(*row + 1) * self.n];
-            let (price, column) = cheapest(costs, columns);
-            if price - u < best.0 {
-                best = (price - u, Some((*row, column)));
+            let price = cheapest::<LANES>(costs, columns) - u;
+            if price < least {
+                (best, least) = (Some(*row), price);
             }
             *row = if *row + 1 == self.m { 0 } else { *row + 1 };
-            if scanned % block == 0 && best.1.is_some() {
-                break;
+            in_block += 1;
+            if in_block == block {
+                if best.is_some() {
+                    break;
+                }
+                in_block = 0;
             }
         }
-        best.1
+        let row = best?;
+        let u = self.potential[row];
+        let costs = &self.costs[row * self.n..(row + 1) * self.n];
+        let at = costs
+            .iter()
+            .zip(columns)
+            .position(|(c, v)| (c - v) - u <= least)?;
+        Some((row, at, least))
     }
 
-    /// Brings edge (row, column) into the tree.
-    fn pivot(&mut self, row: usize, column: usize) {
+    /// Brings edge (row, column) into the tree; `price` is what its cost misses of its potentials.
+    #[inline(always)]
+    fn pivot(&mut self, row: usize, column: usize, price: f64) {
         // Along the cycle flow goes from the apex down to the row, over the new edge, and up from
         // the column. Edges run row -> column, so it is against the edge, and takes flow off it,
         // above a row on the row's side and above a column on the column's side. The last edge that
         // would run dry, counted from the apex, leaves.
         let (mut a, mut b) = (row, column);
-        let (mut row_side, mut column_side) = ((f64::INFINITY, NONE), (f64::INFINITY, NONE));
+        let (mut row_side, mut column_side) = ((f64::INFINITY, 0), (f64::INFINITY, 0));
         while a != b {
-            if self.depth[a] >= self.depth[b] {
+            // The smaller tree cannot hold the other node.
+            if self.links[a].size < self.links[b].size {
                 // Last on the way down is the deepest, met first here: strictly less.
                 if a < self.m && self.flow[a] < row_side.0 {
                     row_side = (self.flow[a], a);
                 }
-                a = self.parent[a];
+                a = self.links[a].parent as usize;
             } else {
                 // Last on the way up is the highest: less or equal.
                 if b >= self.m && self.flow[b] <= column_side.0 {
                     column_side = (self.flow[b], b);
                 }
-                b = self.parent[b];
+                b = self.links[b].parent as usize;
             }
         }
         let apex = a;
@@ -184,15 +226,24 @@ impl<'a> Simplex<'a> {
         } else {
             (column_side.0, column_side.1, false)
         };
+        let moved = self.links[leaving].size;
         for (start, loses_if_row) in [(row, true), (column, false)] {
-            let mut node = start;
+            let falls = loses_if_row == row_falls;
+            let (mut node, mut below) = (start, falls);
             while node != apex {
                 if (node < self.m) == loses_if_row {
                     self.flow[node] -= theta;
                 } else {
                     self.flow[node] += theta;
                 }
-                node = self.parent[node];
+                // What falls leaves all above it on this side and comes to all on the other.
+                if !falls {
+                    self.links[node].size += moved;
+                } else if !below {
+                    self.links[node].size -= moved;
+                }
+                below &= node != leaving;
+                node = self.links[node].parent as usize;
             }
         }
         // The part below the leaving edge hangs from the new edge's end that lies in it.
@@ -201,54 +252,103 @@ impl<'a> Simplex<'a> {
         } else {
             (column, row)
         };
-        let (mut node, mut parent, mut flow) = (inside, outside, theta);
+        let (mut node, mut parent, mut flow, mut below) = (inside, outside, theta, 0);
         loop {
-            let (old_parent, old_flow) = (self.parent[node], self.flow[node]);
+            let (old_parent, old_flow) = (self.links[node].parent as usize, self.flow[node]);
+            let old_size = self.links[node].size;
             self.detach(node);
             self.attach(node, parent, flow);
+            self.links[node].size = moved - below;
             if node == leaving {
                 break;
             }
-            (parent, node, flow) = (node, old_parent, old_flow);
+            (parent, node, flow, below) = (node, old_parent, old_flow, old_size);
         }
-        self.depth[inside] = self.depth[outside] + 1;
-        self.potential[inside] = self.cost(row, column) - self.potential[outside];
-        self.refresh(inside);
+        // The new edge's price is made up on either side of it alike: on the smaller.
+        let all = self.links.len() as u32;
+        let to_rows = if row_falls { price } else { -price };
+        if 2 * moved <= all {
+            self.shift(inside, NONE, to_rows);
+        } else {
+            self.shift(self.root, inside as u32, -to_rows);
+        }
+    }
+
+    /// Adds to the rows' potentials below `top`, and takes from the columns', but not below `except`.
+    #[inline(always)]
+    fn shift(&mut self, top: usize, except: u32, to_rows: f64) {
+        self.walk.clear();
+        self.walk.push(top as u32);
+        while let Some(node) = self.walk.pop() {
+            let sign = if (node as usize) < self.m {
+                to_rows
+            } else {
+                -to_rows
+            };
+            self.potential[node as usize] += sign;
+            let mut child = self.links[node as usize].first_child;
+            while child != NONE {
+                if child != except {
+                    self.walk.push(child);
+                }
+                child = self.links[child as usize].next;
+            }
+        }
     }
 
     /// Edges that carry something: (row, column, flow).
     pub(super) fn flows(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         (0..self.m + self.n).filter_map(|node| {
-            let (parent, flow) = (self.parent[node], self.flow[node]);
+            let (parent, flow) = (self.links[node].parent, self.flow[node]);
             let (row, column) = if node < self.m {
-                (node, parent)
+                (node, parent as usize)
             } else {
-                (parent, node)
+                (parent as usize, node)
             };
             (parent != NONE && flow > 0.0).then(|| (row, column - self.m, flow))
         })
     }
 
-    /// Row and column duals.
-    pub(super) fn duals(&self) -> (&[f64], &[f64]) {
-        self.potential.split_at(self.m)
+    /// The columns' duals; a row's is the least of cost less these.
+    pub(super) fn column_duals(&self) -> &[f64] {
+        &self.potential[self.m..]
     }
 }
 
-/// Smallest `costs - columns` and where; lanes side by side first, the place only afterwards.
-fn cheapest(costs: &[f64], columns: &[f64]) -> (f64, usize) {
-    const LANES: usize = 8;
-    let mut low = [f64::INFINITY; LANES];
-    let (c, v) = (costs.chunks_exact(LANES), columns.chunks_exact(LANES));
-    let tail = c.remainder().iter().zip(v.remainder());
-    let mut best = tail.fold(f64::INFINITY, |a, (c, v)| a.min(c - v));
-    for (c, v) in c.zip(v) {
-        for lane in 0..LANES {
-            let price = c[lane] - v[lane];
-            low[lane] = if price < low[lane] { price } else { low[lane] };
+/// The loops of [`Simplex::solve`].
+struct Solve<'s, 'a> {
+    simplex: &'s mut Simplex<'a>,
+    cap: usize,
+}
+
+impl Loops for Solve<'_, '_> {
+    type Output = Result<usize, usize>;
+
+    #[inline(always)]
+    fn run<const FUSED: bool, const LANES: usize>(self) -> Result<usize, usize> {
+        let Self { simplex, cap } = self;
+        let nodes = simplex.m + simplex.n;
+        let block = (PRICED_EDGES / simplex.n).clamp(1, simplex.m.div_ceil(2));
+        let (mut row, mut pivots, mut shifts) = (0, 0, 0);
+        loop {
+            let Some((r, c, price)) = simplex.entering::<LANES>(&mut row, block) else {
+                if shifts == 0 {
+                    return Ok(pivots);
+                }
+                simplex.settle();
+                shifts = 0;
+                continue;
+            };
+            if pivots == cap {
+                return Err(pivots);
+            }
+            simplex.pivot(r, simplex.m + c, price);
+            pivots += 1;
+            shifts += 1;
+            if shifts == nodes {
+                simplex.settle();
+                shifts = 0;
+            }
         }
     }
-    best = low.into_iter().fold(best, f64::min);
-    let at = costs.iter().zip(columns).position(|(c, v)| c - v <= best);
-    (best, at.unwrap_or(0))
 }

@@ -1,8 +1,10 @@
 //! Exact optimal transport between two lists of masses (Eq. 5 with W = U).
 
 use super::constants::{BALANCE_SLACK, PIVOTS_PER_NODE};
+use super::pricing::cheapest;
 use super::simplex::Simplex;
 use super::{CostMatrix, DistanceError};
+use crate::mixture::instructions::{Instructions, Loops};
 
 /// An optimal plan and the proof that it is one.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,12 +60,13 @@ pub fn transport(
             .collect::<Vec<_>>()
     };
     let (rows, columns) = (massive(left), massive(right));
-    let compact: Vec<f64> = rows
-        .iter()
-        .flat_map(|&r| columns.iter().map(move |&c| costs.values()[r * n + c]))
-        .collect();
+    let compact = (rows.len() < m || columns.len() < n).then(|| {
+        let row = |&r: &usize| columns.iter().map(move |&c| costs.values()[r * n + c]);
+        rows.iter().flat_map(row).collect::<Vec<f64>>()
+    });
+    let compact = compact.as_deref().unwrap_or(costs.values());
     let masses = |all: &[f64], kept: &[usize]| kept.iter().map(|&i| all[i]).collect::<Vec<_>>();
-    let mut simplex = Simplex::new(&masses(left, &rows), &masses(right, &columns), &compact);
+    let mut simplex = Simplex::new(&masses(left, &rows), &masses(right, &columns), compact);
     let pivots = simplex
         .solve((rows.len() + columns.len()) * PIVOTS_PER_NODE)
         .map_err(|pivots| DistanceError::Unfinished { pivots })?;
@@ -77,7 +80,8 @@ pub fn transport(
         .iter()
         .map(|&(r, c, f)| f * costs.values()[r * n + c])
         .sum();
-    let (row_duals, column_duals) = feasible_duals(simplex.duals(), &rows, &columns, costs);
+    let (row_duals, column_duals) =
+        feasible_duals(simplex.column_duals(), (&rows, &columns), costs);
     let value =
         |masses: &[f64], duals: &[f64]| masses.iter().zip(duals).map(|(a, b)| a * b).sum::<f64>();
     let duality_gap = work - value(left, &row_duals) - value(right, &column_duals);
@@ -105,34 +109,60 @@ fn sum(side: &'static str, masses: &[f64]) -> Result<f64, DistanceError> {
 }
 
 /// Duals for all rows and columns, those without mass too, with u + v <= c exactly kept: columns of
-/// the simplex give every row its u = min (c - v), these give every column its v.
+/// the simplex give every row its u = min (c - v), these give a column without mass its v, to which
+/// rows without mass yield.
 fn feasible_duals(
-    (_, v): (&[f64], &[f64]),
-    rows: &[usize],
-    columns: &[usize],
+    v: &[f64],
+    (rows, columns): (&[usize], &[usize]),
     costs: &CostMatrix,
 ) -> (Vec<f64>, Vec<f64>) {
     let (m, n) = (costs.rows(), costs.columns());
-    let value = costs.values();
-    let mut row_duals = vec![f64::INFINITY; m];
-    for (row, u) in row_duals.iter_mut().enumerate() {
-        for (&column, v) in columns.iter().zip(v) {
-            *u = u.min(value[row * n + column] - v);
-        }
-    }
     let mut column_duals = vec![f64::INFINITY; n];
-    for &row in rows {
-        for (column, v) in column_duals.iter_mut().enumerate() {
-            *v = v.min(value[row * n + column] - row_duals[row]);
-        }
+    for (&column, &v) in columns.iter().zip(v) {
+        column_duals[column] = v;
     }
-    // Rows without mass yield to columns without mass.
-    for (row, u) in row_duals.iter_mut().enumerate() {
-        for (column, v) in column_duals.iter().enumerate() {
-            *u = u.min(value[row * n + column] - v);
+    // A column whose dual is not known yet has it infinite below, so that it binds no row.
+    let binding: Vec<f64> = column_duals
+        .iter()
+        .map(|&v| if v == f64::INFINITY { -v } else { v })
+        .collect();
+    let mut row_duals = cheapest_of_rows(costs, &binding);
+    if columns.len() < n {
+        for &row in rows {
+            let costs = &costs.values()[row * n..(row + 1) * n];
+            for (v, (c, known)) in column_duals.iter_mut().zip(costs.iter().zip(&binding)) {
+                if *known == f64::NEG_INFINITY {
+                    *v = v.min(c - row_duals[row]);
+                }
+            }
+        }
+        if rows.len() < m {
+            row_duals = cheapest_of_rows(costs, &column_duals);
         }
     }
     (row_duals, column_duals)
+}
+
+/// The least of cost less `columns` in every row.
+fn cheapest_of_rows(costs: &CostMatrix, columns: &[f64]) -> Vec<f64> {
+    Instructions::best().run(CheapestOfRows { costs, columns })
+}
+
+/// The loops of [`cheapest_of_rows`].
+struct CheapestOfRows<'a> {
+    costs: &'a CostMatrix,
+    columns: &'a [f64],
+}
+
+impl Loops for CheapestOfRows<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn run<const FUSED: bool, const LANES: usize>(self) -> Vec<f64> {
+        let rows = self.costs.values().chunks_exact(self.columns.len());
+        rows.map(|row| cheapest::<LANES>(row, self.columns))
+            .collect()
+    }
 }
 
 #[cfg(test)]

@@ -13,9 +13,9 @@ pub const ITERATIONS: usize = 100;
 /// guard of its divisions, ten units of rounding.
 pub const DEAD_SHARE: f64 = 10.0 * f64::EPSILON;
 
-/// How far a component's log density may lie below the best of a point before it is left out, nats:
-/// exp(-46) = 1e-20 is four decimal orders below the rounding of the sum, so the sum stays the same.
-pub const NEGLIGIBLE_NATS: f64 = 46.0;
+/// How far a component's log density may lie below the best of a point before it is left out, bits: 2^-56 is
+/// an eighth of the rounding of the sum, and far below [`DEAD_SHARE`].
+pub const NEGLIGIBLE_BITS: f64 = 56.0;
 
 /// How far a sum of weights read from outside may lie from one before it is refused.
 pub const WEIGHT_SUM_SLACK: f64 = 1e-6;
@@ -51,3 +51,6 @@ pub const FLAT_SIGMAS_OF_NOISE: f64 = 1.5;
 
 /// A part is at least this many point spacings wide: four by four points, more than [`SPLIT_MIN_POINTS`].
 pub const FLAT_WIDTH_SPACINGS: f64 = 4.0;
+
+/// Components at most that BIC and MML try where nothing else is asked for; BIC fits every number up to it.
+pub const MOST_COMPONENTS: usize = 30;

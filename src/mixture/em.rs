@@ -1,16 +1,12 @@
 //! Expectation maximisation with full covariances (the paper's reference [12]; Dempster, Laird and
 //! Rubin 1977). Exact; the same answer whatever the number of threads.
 
-use super::constants::{DEAD_SHARE, ITERATIONS, REGULARISATION_M2, TOLERANCE};
-use super::kernel::{Ready, Sums, Tally};
-use super::lattice::{Block, Lattice};
-use super::symmetric::Eigen;
-use super::{Gaussian, Mixture, MixtureError};
-use nalgebra::{Matrix3, Point3, Vector3};
-use rayon::prelude::*;
-
-/// Blocks summed by one worker in one go. Fixed, so that the order of summing never depends on threads.
-const RUN: usize = 64;
+use super::ascent::Ascent;
+use super::constants::{ITERATIONS, REGULARISATION_M2, TOLERANCE};
+use super::lattice::Lattice;
+use super::pool::in_pool;
+use super::{Instructions, Mixture, MixtureError};
+use nalgebra::Point3;
 
 /// How long and how carefully to run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +19,8 @@ pub struct EmSettings {
     pub regularisation_m2: f64,
     /// Worker threads; 1 works on the caller's thread, 0 uses the pool the caller stands in.
     pub threads: usize,
+    /// What the inner loops run on; the portable ones where the processor lacks these.
+    pub instructions: Instructions,
 }
 
 impl Default for EmSettings {
@@ -32,6 +30,7 @@ impl Default for EmSettings {
             tolerance: TOLERANCE,
             regularisation_m2: REGULARISATION_M2,
             threads: 1,
+            instructions: Instructions::best(),
         }
     }
 }
@@ -72,7 +71,21 @@ pub enum Collapse {
     NoVolume,
 }
 
-/// What a run of EM gives.
+/// Where a fit began.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Start {
+    /// At a mixture that the caller gave.
+    Given,
+    /// At the cells of k-means++.
+    KMeans {
+        /// Which draw of the seed, from 0.
+        restart: u64,
+    },
+    /// At the parts of a cloud that was halved until all were flat.
+    Flat,
+}
+
+/// What a run of EM gives, and how it came about.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// The mixture after the last M step; component k grew from component k of the start.
@@ -85,6 +98,14 @@ pub struct Fit {
     pub stopped: Stopped,
     /// Components that collapsed, by index.
     pub collapsed: Vec<(usize, Collapse)>,
+    /// Where it began.
+    pub start: Start,
+    /// Runs of EM that it is the best of.
+    pub runs: usize,
+    /// What the inner loops ran on.
+    pub instructions: Instructions,
+    /// Worker threads there were.
+    pub threads: usize,
 }
 
 /// Runs EM from `start` on `points` (metres), each counting as `weights` says (1 if absent).
@@ -114,230 +135,35 @@ pub fn run_frozen(
     frozen: usize,
     settings: &EmSettings,
 ) -> Result<Fit, MixtureError> {
+    ascend(points, weights, start, frozen, 0.0, settings)
+}
+
+/// As [`run_frozen`]; `toll` is what every component must hold to live, in mean point weights (see
+/// [`super::mml`]).
+pub(super) fn ascend(
+    points: &[Point3<f64>],
+    weights: Option<&[f64]>,
+    start: Mixture,
+    frozen: usize,
+    toll: f64,
+    settings: &EmSettings,
+) -> Result<Fit, MixtureError> {
     settings.check()?;
     let start = Mixture::from_masses(start.weights, start.components)?;
     if start.is_empty() {
         return Err(MixtureError::NoComponents);
     }
-    let lattice = Lattice::new(points, weights)?;
-    let run = Run::new(&lattice, start, frozen, settings)?;
-    match settings.threads {
-        1 => run.iterate(settings, Tally::pass_all),
-        0 => run.iterate(settings, pass_parallel),
-        threads => rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map_err(|e| MixtureError::Threads {
-                threads,
-                reason: e.to_string(),
-            })?
-            .install(|| run.iterate(settings, pass_parallel)),
-    }
-}
-
-type Pass = fn(&mut [Tally], &[Ready], &[Block], &mut [u32], bool);
-
-impl Tally {
-    fn pass_all(
-        tallies: &mut [Self],
-        ready: &[Ready],
-        blocks: &[Block],
-        favourites: &mut [u32],
-        moments: bool,
-    ) {
-        let runs = tallies
-            .iter_mut()
-            .zip(blocks.chunks(RUN))
-            .zip(favourites.chunks_mut(RUN));
-        for ((tally, blocks), favourites) in runs {
-            tally.pass(ready, blocks, favourites, moments);
-        }
-    }
-}
-
-fn pass_parallel(
-    tallies: &mut [Tally],
-    ready: &[Ready],
-    blocks: &[Block],
-    favourites: &mut [u32],
-    moments: bool,
-) {
-    tallies
-        .par_iter_mut()
-        .zip(blocks.par_chunks(RUN))
-        .zip(favourites.par_chunks_mut(RUN))
-        .for_each(|((tally, blocks), favourites)| tally.pass(ready, blocks, favourites, moments));
-}
-
-/// A run under way; everything it needs is allocated before the first iteration.
-struct Run<'a> {
-    lattice: &'a Lattice,
-    mixture: Mixture,
-    frozen: usize,
-    ready: Vec<Ready>,
-    tallies: Vec<Tally>,
-    favourites: Vec<u32>,
-    sums: Vec<Sums>,
-    no_volume: Vec<bool>,
-}
-
-impl<'a> Run<'a> {
-    fn new(
-        lattice: &'a Lattice,
-        mut mixture: Mixture,
-        frozen: usize,
-        settings: &EmSettings,
-    ) -> Result<Self, MixtureError> {
-        let k = mixture.len();
-        mixture
-            .components
-            .iter_mut()
-            .for_each(|g| g.mean -= lattice.centre);
-        let mut ready = Vec::with_capacity(k);
-        for (component, (&w, g)) in mixture.weights.iter().zip(&mixture.components).enumerate() {
-            ready.push(make_ready(component, w, g, settings.regularisation_m2)?);
-        }
-        Ok(Self {
-            lattice,
-            frozen: frozen.min(k),
-            ready,
-            tallies: vec![Tally::new(k); lattice.blocks.len().div_ceil(RUN)],
-            favourites: vec![0; lattice.blocks.len()],
-            sums: vec![[0.0; 10]; k],
-            no_volume: vec![false; k],
-            mixture,
-        })
-    }
-
-    fn iterate(mut self, settings: &EmSettings, pass: Pass) -> Result<Fit, MixtureError> {
-        let mut iterations = 0;
-        let mut last = f64::NEG_INFINITY;
-        let (mean_log_likelihood, stopped) = loop {
-            let capped = iterations == settings.iterations;
-            pass(
-                &mut self.tallies,
-                &self.ready,
-                &self.lattice.blocks,
-                &mut self.favourites,
-                !capped,
-            );
-            let likelihood = self.tallies.iter().map(|t| t.log_likelihood).sum::<f64>()
-                / self.lattice.total_weight;
-            if !likelihood.is_finite() {
-                return Err(MixtureError::OutOfReach);
-            }
-            if settings.tolerance > 0.0 && iterations > 0 && likelihood - last < settings.tolerance
-            {
-                break (likelihood, Stopped::Converged);
-            }
-            if capped {
-                break (likelihood, Stopped::IterationCap);
-            }
-            last = likelihood;
-            self.maximise(settings.regularisation_m2)?;
-            iterations += 1;
-        };
-        let collapsed = self.collapsed();
-        let mut mixture = self.mixture;
-        mixture
-            .components
-            .iter_mut()
-            .for_each(|g| g.mean += self.lattice.centre);
-        Ok(Fit {
-            mixture,
-            mean_log_likelihood,
-            iterations,
-            stopped,
-            collapsed,
-        })
-    }
-
-    /// The M step.
-    fn maximise(&mut self, regularisation_m2: f64) -> Result<(), MixtureError> {
-        self.sums.iter_mut().for_each(|s| *s = [0.0; 10]);
-        for tally in &self.tallies {
-            for (sum, part) in self.sums.iter_mut().zip(&tally.sums) {
-                for (s, p) in sum.iter_mut().zip(part) {
-                    *s += p;
-                }
-            }
-        }
-        let total = self.lattice.total_weight;
-        let mut weight_sum = 0.0;
-        for (k, sums) in self.sums.iter().enumerate() {
-            let gaussian = &mut self.mixture.components[k];
-            let alive = sums[0] > DEAD_SHARE * total;
-            let weight = if alive { sums[0] / total } else { 0.0 };
-            self.mixture.weights[k] = weight;
-            weight_sum += weight;
-            if alive && k >= self.frozen {
-                let (shift, covariance) = moments(sums);
-                gaussian.mean += shift;
-                self.no_volume[k] = Eigen::of(&covariance).values[0]
-                    <= regularisation_m2.max(f64::EPSILON * covariance.trace());
-                gaussian.covariance =
-                    covariance + Matrix3::from_diagonal_element(regularisation_m2);
-            }
-        }
-        for (k, weight) in self.mixture.weights.iter_mut().enumerate() {
-            *weight /= weight_sum;
-            self.ready[k] = make_ready(k, *weight, &self.mixture.components[k], regularisation_m2)?;
-        }
-        Ok(())
-    }
-
-    fn collapsed(&self) -> Vec<(usize, Collapse)> {
-        let state = |(k, &weight): (usize, &f64)| match (weight == 0.0, self.no_volume[k]) {
-            (true, _) => Some((k, Collapse::NoMass)),
-            (false, true) => Some((k, Collapse::NoVolume)),
-            (false, false) => None,
-        };
-        self.mixture
-            .weights
-            .iter()
-            .enumerate()
-            .filter_map(state)
-            .collect()
-    }
-}
-
-/// Shift of the mean and the covariance about the new mean.
-fn moments(sums: &Sums) -> (Vector3<f64>, Matrix3<f64>) {
-    let [n, x, y, z, xx, xy, xz, yy, yz, zz] = *sums;
-    let shift = Vector3::new(x, y, z) / n;
-    let about_old = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) / n;
-    (shift, about_old - shift * shift.transpose())
-}
-
-/// Ready for the next pass. A covariance whose thickness drowns in the rounding of its length is
-/// evaluated a trace of rounding thicker; the mixture itself keeps what the M step gave.
-fn make_ready(
-    component: usize,
-    weight: f64,
-    gaussian: &Gaussian,
-    regularisation_m2: f64,
-) -> Result<Ready, MixtureError> {
-    if let Some(ready) = Ready::new(weight, gaussian) {
-        return Ok(ready);
-    }
-    let trace = gaussian.covariance.trace();
-    let floor = regularisation_m2.max(trace * 16.0 * f64::EPSILON);
-    for extra in [floor, 100.0 * floor] {
-        let thicker = Gaussian {
-            covariance: gaussian.covariance + Matrix3::from_diagonal_element(extra),
-            ..*gaussian
-        };
-        if let Some(ready) = Ready::new(weight, &thicker).filter(|_| regularisation_m2 > 0.0) {
-            return Ok(ready);
-        }
-    }
-    Err(MixtureError::Singular { component })
+    in_pool(settings.threads, || {
+        let lattice = Lattice::new(points, weights, settings.threads != 1)?;
+        let toll = toll * lattice.total_weight / points.len() as f64;
+        Ascent::new(&lattice, start, frozen, toll, settings)?.climb()
+    })?
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Collapse, EmSettings, Stopped, run, run_frozen};
-    use crate::mixture::{Gaussian, Mixture, MixtureError};
+    use super::{Collapse, EmSettings, Fit, Stopped, run, run_frozen};
+    use crate::mixture::{Gaussian, Instructions, Mixture, MixtureError};
     use nalgebra::{Matrix3, Point3, Vector3};
     use proptest::prelude::*;
 
@@ -434,11 +260,52 @@ mod tests {
                 threads,
                 ..exactly(5)
             };
-            assert_eq!(
-                run(&points, None, start_at(&points, 12), &settings).expect("fits"),
-                one
-            );
+            let fit = run(&points, None, start_at(&points, 12), &settings).expect("fits");
+            let told = Fit {
+                threads: fit.threads,
+                ..one.clone()
+            };
+            assert_eq!(fit, told);
         }
+    }
+
+    #[test]
+    fn all_instructions_give_one_answer() {
+        let (near, mut far) = (lattice_points(5_000), lattice_points(5_000));
+        far.iter_mut()
+            .for_each(|p| *p += Vector3::new(1e6, -1e6, 0.0));
+        for points in [near, far] {
+            let fit = |instructions| {
+                let settings = EmSettings {
+                    instructions,
+                    ..exactly(12)
+                };
+                run(&points, None, start_at(&points, 9), &settings).expect("fits")
+            };
+            let portable = fit(Instructions::Portable);
+            for set in Instructions::ALL.into_iter().filter(|set| set.available()) {
+                let got = fit(set);
+                assert_eq!(got.instructions, set);
+                assert!((got.mean_log_likelihood - portable.mean_log_likelihood).abs() < 1e-9);
+                for k in 0..9 {
+                    let (a, b) = (got.mixture.components[k], portable.mixture.components[k]);
+                    let apart = got.mixture.weights[k] - portable.mixture.weights[k];
+                    assert!(apart.abs() < 1e-9 && (a.mean - b.mean).norm() < 1e-9);
+                    assert!((a.covariance - b.covariance).amax() < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_million_points_and_more_components_than_points_have_answers() {
+        let many = lattice_points(1_000_000);
+        let fit = run(&many, None, start_at(&many, 3), &exactly(1)).expect("fits");
+        assert!(fit.mean_log_likelihood.is_finite() && fit.collapsed.is_empty());
+        let few = &many[..3];
+        let fit = run(few, None, start_at(few, 10), &exactly(5)).expect("fits");
+        assert!(fit.mean_log_likelihood.is_finite());
+        assert!(fit.mixture.weights.iter().all(|w| w.is_finite()));
     }
 
     #[test]

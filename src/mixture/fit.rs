@@ -2,7 +2,7 @@
 
 use super::constants::RESTARTS;
 use super::split::{SplitSettings, split_until_flat};
-use super::{EmSettings, Fit, Mixture, MixtureError, em, order, seed};
+use super::{EmSettings, Fit, Mixture, MixtureError, Start, em, mml, order, seed};
 use nalgebra::Point3;
 
 /// How many components, and where they start.
@@ -12,6 +12,12 @@ pub enum Components {
     Fixed(usize),
     /// As many as the Bayesian information criterion wants, up to `max`, each from k-means++.
     Bic {
+        /// Most components tried.
+        max: usize,
+    },
+    /// As many as the shortest message that tells the points needs (minimum message length), up to `max`,
+    /// from k-means++ with `max`.
+    Mml {
         /// Most components tried.
         max: usize,
     },
@@ -59,13 +65,36 @@ pub fn fit(
         Components::Bic { max } => order::least_bic(*max, points.len() as f64, |k| {
             best_of_restarts(points, weights, k, settings)
         }),
+        Components::Mml { max } => best(settings.restarts, |restart| {
+            let start = most_components(points, weights, *max, settings.seed, restart)?;
+            let (fit, length) = mml::shortest(points, weights, start, &settings.em)?;
+            let start = Start::KMeans { restart };
+            Ok((Fit { start, ..fit }, -length))
+        }),
         Components::Start(start) => em::run(points, weights, start.clone(), &settings.em),
-        Components::Flat(split) => em::run(
-            points,
-            weights,
-            split_until_flat(points, weights, split)?,
-            &settings.em,
-        ),
+        Components::Flat(split) => {
+            let start = split_until_flat(points, weights, split)?;
+            let fit = em::run(points, weights, start, &settings.em)?;
+            Ok(Fit {
+                start: Start::Flat,
+                ..fit
+            })
+        }
+    }
+}
+
+/// k-means++ with `max` components, or as many as there are distinct points.
+fn most_components(
+    points: &[Point3<f64>],
+    weights: Option<&[f64]>,
+    max: usize,
+    seed: u64,
+    restart: u64,
+) -> Result<Mixture, MixtureError> {
+    let start = |k| seed::k_means_start(points, weights, k, seed, restart);
+    match start(max) {
+        Err(MixtureError::TooFewPoints { distinct, .. }) if distinct > 0 => start(distinct),
+        other => other,
     }
 }
 
@@ -75,24 +104,36 @@ fn best_of_restarts(
     components: usize,
     settings: &FitSettings,
 ) -> Result<Fit, MixtureError> {
-    let one = |restart: u64| {
+    best(settings.restarts, |restart| {
         let start = seed::k_means_start(points, weights, components, settings.seed, restart)?;
-        em::run(points, weights, start, &settings.em)
-    };
-    let mut best = one(0)?;
-    for restart in 1..settings.restarts as u64 {
-        let next = one(restart)?;
-        if next.mean_log_likelihood > best.mean_log_likelihood {
-            best = next;
+        let fit = em::run(points, weights, start, &settings.em)?;
+        let merit = fit.mean_log_likelihood;
+        let start = Start::KMeans { restart };
+        Ok((Fit { start, ..fit }, merit))
+    })
+}
+
+/// The fit of the greatest merit, the first on ties; tells of how many runs it is the best.
+fn best(
+    restarts: usize,
+    mut one: impl FnMut(u64) -> Result<(Fit, f64), MixtureError>,
+) -> Result<Fit, MixtureError> {
+    let (mut best, mut most) = one(0)?;
+    let mut runs = best.runs;
+    for restart in 1..restarts as u64 {
+        let (next, merit) = one(restart)?;
+        runs += next.runs;
+        if merit > most {
+            (best, most) = (next, merit);
         }
     }
-    Ok(best)
+    Ok(Fit { runs, ..best })
 }
 
 #[cfg(test)]
 mod tests {
     use super::{Components, FitSettings, fit};
-    use crate::mixture::{EmSettings, MixtureError};
+    use crate::mixture::{EmSettings, MixtureError, Start};
     use nalgebra::{Point3, Vector3};
     use rand::{RngExt, SeedableRng};
 
@@ -142,6 +183,39 @@ mod tests {
         );
         let few = [Point3::origin(), Point3::new(1.0, 0.0, 0.0)];
         assert!(fit(&few, None, &settings).expect("fits").mixture.len() <= 2);
+    }
+
+    #[test]
+    fn the_shortest_message_finds_the_number_of_heaps() {
+        let settings = FitSettings {
+            components: Components::Mml { max: 12 },
+            em: EmSettings {
+                iterations: 300,
+                tolerance: 1e-6,
+                ..EmSettings::default()
+            },
+            ..FitSettings::default()
+        };
+        for seed in 0..4 {
+            let settings = FitSettings {
+                seed,
+                ..settings.clone()
+            };
+            let found = fit(&three(), None, &settings).expect("fits");
+            assert_eq!(found.mixture.len(), 3);
+            assert_eq!(found.start, Start::KMeans { restart: 0 });
+            assert!(found.runs >= 3 && found.collapsed.is_empty());
+            let heavier = vec![2.5; 900];
+            let same = fit(&three(), Some(&heavier), &settings).expect("fits");
+            assert!((same.mean_log_likelihood - found.mean_log_likelihood).abs() < 1e-9);
+        }
+        let p = Point3::new(1.0, 2.0, 3.0);
+        for few in [vec![p], vec![p; 40], vec![p, p + Vector3::x()]] {
+            let found = fit(&few, None, &settings).expect("defined");
+            assert_eq!(found.mixture.len(), 1);
+            assert!(found.mean_log_likelihood.is_finite());
+        }
+        assert_eq!(fit(&[], None, &settings), Err(MixtureError::NoPoints));
     }
 
     #[test]

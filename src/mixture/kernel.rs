@@ -1,109 +1,22 @@
 //! One exact pass of EM over the points: responsibilities and moments together, with no table of
-//! points times components. Plain code in fixed blocks, written so that the compiler vectorises it.
+//! points times components. Plain code in fixed blocks, which [`super::instructions`] has vectorised.
 
-use super::constants::NEGLIGIBLE_NATS;
-use super::exponential::exp;
+use super::component::{Bounds, Ready};
+use super::constants::NEGLIGIBLE_BITS;
+use super::exponential::{exp2, ln};
+use super::instructions::{Loops, WIDEST, multiply_add};
 use super::lattice::{BLOCK, Block};
-use super::symmetric::Eigen;
-use super::{Density, Gaussian};
-
-/// Lanes summed side by side; a block is a whole number of them.
-const LANES: usize = 4;
-
-/// A component made ready: everything the inner loops read.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Ready {
-    pub mean: [f64; 3],
-    /// Lower triangle of the whitening matrix times sqrt(1/2): 00 10 11 20 21 22.
-    whiten: [f64; 6],
-    /// ln p_k + ln of the density's peak.
-    peak: f64,
-    /// Eigenvectors over sqrt(2 lambda): bounds the distance to a box.
-    axes: [[f64; 3]; 3],
-}
-
-impl Ready {
-    /// `gaussian` about the lattice's centre; `None` if it has no density. A weight of zero is never near.
-    pub(super) fn new(weight: f64, gaussian: &Gaussian) -> Option<Self> {
-        let density = Density::of(gaussian)?;
-        let w = density.whitening();
-        let half = std::f64::consts::FRAC_1_SQRT_2;
-        let eigen = Eigen::of(&gaussian.covariance);
-        // Half the rounding of the largest eigenvalue: an underestimate of 1/lambda keeps the bound below the truth.
-        let slack = f64::EPSILON * 8.0 * eigen.values[2];
-        let axes = std::array::from_fn(|i| {
-            let scale = half / (eigen.values[i].max(0.0) + slack).sqrt() * (1.0 - 1e-9);
-            std::array::from_fn(|r| eigen.vectors[(r, i)] * scale)
-        });
-        Some(Self {
-            mean: gaussian.mean.into(),
-            whiten: [
-                w[(0, 0)],
-                w[(1, 0)],
-                w[(1, 1)],
-                w[(2, 0)],
-                w[(2, 1)],
-                w[(2, 2)],
-            ]
-            .map(|v| v * half),
-            peak: weight.ln() + density.log_peak(),
-            axes,
-        })
-    }
-
-    /// No point of the block has a log density above this.
-    #[inline]
-    fn ceiling(&self, block: &Block) -> f64 {
-        self.peak - self.half_mahalanobis_floor(block)
-    }
-
-    /// Half the squared Mahalanobis distance of the block's box, from below.
-    #[inline]
-    pub(super) fn half_mahalanobis_floor(&self, block: &Block) -> f64 {
-        let d: [f64; 3] = std::array::from_fn(|a| block.middle[a] - self.mean[a]);
-        let mut sum = 0.0;
-        for axis in &self.axes {
-            let along = axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2];
-            let reach = axis[0].abs() * block.half[0]
-                + axis[1].abs() * block.half[1]
-                + axis[2].abs() * block.half[2];
-            let gap = along.abs() - reach;
-            let gap = if gap > 0.0 { gap } else { 0.0 };
-            sum += gap * gap;
-        }
-        sum
-    }
-
-    /// Half the squared Mahalanobis distance of every lane.
-    #[inline]
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "side-by-side arrays in lockstep vectorise"
-    )]
-    pub(super) fn half_mahalanobis(&self, block: &Block, out: &mut [f64; BLOCK]) {
-        let [w00, w10, w11, w20, w21, w22] = self.whiten;
-        let [mx, my, mz] = self.mean;
-        for i in 0..BLOCK {
-            let (dx, dy, dz) = (block.x[i] - mx, block.y[i] - my, block.z[i] - mz);
-            let a = w00 * dx;
-            let b = w10 * dx + w11 * dy;
-            let c = w20 * dx + w21 * dy + w22 * dz;
-            out[i] = a * a + b * b + c * c;
-        }
-    }
-}
+use std::f64::consts::LN_2;
 
 /// Sums of one component: r, r d (3), r d d^T (xx xy xz yy yz zz), d from the component's mean.
 pub(super) type Sums = [f64; 10];
 
-/// Sums and working space of one run of blocks.
+/// What one run of blocks adds up to.
 #[derive(Debug, Clone)]
 pub(super) struct Tally {
     pub sums: Vec<Sums>,
     /// Sum over points of weight times ln f.
     pub log_likelihood: f64,
-    logs: Vec<[f64; BLOCK]>,
-    near: Vec<usize>,
 }
 
 impl Tally {
@@ -111,99 +24,214 @@ impl Tally {
         Self {
             sums: vec![[0.0; 10]; components],
             log_likelihood: 0.0,
+        }
+    }
+}
+
+/// Working space of one worker.
+#[derive(Debug, Clone)]
+pub(super) struct Scratch {
+    /// Sums of every component, lane by lane.
+    lanes: Vec<[[f64; WIDEST]; 10]>,
+    logs: Vec<[f64; BLOCK]>,
+    near: Vec<u32>,
+    ceilings: Vec<f64>,
+}
+
+impl Scratch {
+    pub(super) fn new(components: usize) -> Self {
+        Self {
+            lanes: vec![[[0.0; WIDEST]; 10]; components],
             logs: vec![[0.0; BLOCK]; components],
             near: Vec::with_capacity(components),
+            ceilings: Vec::with_capacity(components + WIDEST),
         }
     }
+}
 
-    /// One pass over a run of blocks. `favourites` remembers each block's strongest component: asked
-    /// first, it lets the far ones be left out early. `moments` false leaves `sums` at zero.
-    pub(super) fn pass(
-        &mut self,
-        ready: &[Ready],
-        blocks: &[Block],
-        favourites: &mut [u32],
-        moments: bool,
-    ) {
-        self.log_likelihood = 0.0;
-        self.sums.iter_mut().for_each(|s| *s = [0.0; 10]);
-        for (block, favourite) in blocks.iter().zip(favourites) {
-            self.block(ready, block, favourite, moments);
-        }
-    }
+/// One pass over a run of blocks. `favourites` remembers each block's strongest component: asked
+/// first, it lets the far ones be left out early. `moments` false leaves the sums at zero.
+pub(super) struct Pass<'a> {
+    pub ready: &'a [Ready],
+    pub bounds: &'a Bounds,
+    pub blocks: &'a [Block],
+    pub favourites: &'a mut [u32],
+    pub scratch: &'a mut Scratch,
+    pub tally: &'a mut Tally,
+    pub moments: bool,
+}
 
-    fn block(&mut self, ready: &[Ready], block: &Block, favourite: &mut u32, moments: bool) {
-        let mut best = [f64::NEG_INFINITY; BLOCK];
-        let mut floor = f64::NEG_INFINITY;
-        let first = *favourite as usize;
-        self.near.clear();
-        let others = (0..ready.len()).filter(|&k| k != first);
-        for k in std::iter::once(first).chain(others) {
-            let component = &ready[k];
-            // Also leaves out weight zero, whose peak is minus infinity.
-            if component.ceiling(block) <= floor - NEGLIGIBLE_NATS
-                || component.peak == f64::NEG_INFINITY
-            {
+impl Loops for Pass<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool, const LANES: usize>(self) {
+        let scratch = self.scratch;
+        scratch
+            .lanes
+            .iter_mut()
+            .for_each(|l| *l = [[0.0; WIDEST]; 10]);
+        let mut likelihood = [0.0; LANES];
+        for (block, favourite) in self.blocks.iter().zip(self.favourites) {
+            let first = *favourite as usize;
+            let best = nearest::<FUSED, LANES>(self.ready, self.bounds, block, first, scratch);
+            let near = &scratch.near;
+            let logs = &mut scratch.logs[..near.len()];
+            let share = shares::<FUSED, LANES>(block, &best, logs, &mut likelihood);
+            if !self.moments {
                 continue;
             }
-            let logs = &mut self.logs[self.near.len()];
-            component.half_mahalanobis(block, logs);
-            for (log, best) in logs.iter_mut().zip(&mut best) {
-                *log = component.peak - *log;
-                *best = if *log > *best { *log } else { *best };
+            let mut most = -1.0;
+            for (&k, parts) in near.iter().zip(logs.iter()) {
+                let lanes = &mut scratch.lanes[k as usize];
+                let added = gather::<FUSED, LANES>(
+                    block,
+                    &self.ready[k as usize].mean,
+                    parts,
+                    &share,
+                    lanes,
+                );
+                if added > most {
+                    most = added;
+                    *favourite = k;
+                }
             }
-            floor = lowest(&best);
-            self.near.push(k);
         }
-
-        let mut sum = [0.0; BLOCK];
-        for logs in &mut self.logs[..self.near.len()] {
-            for i in 0..BLOCK {
-                logs[i] = exp(logs[i] - best[i]);
-                sum[i] += logs[i];
-            }
-        }
-        for i in 0..block.len {
-            self.log_likelihood += block.weight[i] * (best[i] + sum[i].ln());
-        }
-        if !moments {
-            return;
-        }
-        let mut share = [0.0; BLOCK];
-        for i in 0..BLOCK {
-            share[i] = block.weight[i] / sum[i];
-        }
-        let mut most = -1.0;
-        for (&k, parts) in self.near.iter().zip(&self.logs) {
-            let added = gather(block, &ready[k].mean, parts, &share);
-            for (sum, part) in self.sums[k].iter_mut().zip(added) {
-                *sum += part;
-            }
-            if added[0] > most {
-                most = added[0];
-                *favourite = k as u32;
-            }
+        self.tally.log_likelihood = likelihood.iter().sum();
+        for (sums, lanes) in self.tally.sums.iter_mut().zip(&scratch.lanes) {
+            *sums = lanes.map(|lane| lane.iter().sum());
         }
     }
 }
 
-fn lowest(values: &[f64; BLOCK]) -> f64 {
-    let mut low = [f64::INFINITY; LANES];
-    for part in values.chunks_exact(LANES) {
-        for (l, v) in low.iter_mut().zip(part) {
-            *l = if *v < *l { *v } else { *l };
+/// Binary log densities of the components that matter to the block, in `scratch`, and the best of every lane.
+#[inline(always)]
+fn nearest<const FUSED: bool, const LANES: usize>(
+    ready: &[Ready],
+    bounds: &Bounds,
+    block: &Block,
+    first: usize,
+    scratch: &mut Scratch,
+) -> [f64; BLOCK] {
+    let Scratch {
+        logs,
+        near,
+        ceilings,
+        ..
+    } = scratch;
+    bounds.ceilings::<FUSED>(block, ceilings);
+    near.clear();
+    let mut best = [f64::NEG_INFINITY; BLOCK];
+    if ready[first].peak > f64::NEG_INFINITY {
+        ready[first].log_densities::<FUSED>(block, &mut best);
+        logs[0] = best;
+        near.push(first as u32);
+    }
+    let mut floor = lowest::<LANES>(&best);
+    for (k, component) in ready.iter().enumerate() {
+        // A component without weight has a ceiling of minus infinity, above which nothing lies.
+        if ceilings[k] <= floor - NEGLIGIBLE_BITS
+            || k == first
+            || component.peak == f64::NEG_INFINITY
+        {
+            continue;
+        }
+        let log = &mut logs[near.len()];
+        component.log_densities::<FUSED>(block, log);
+        let margin = raise::<LANES>(log, &mut best);
+        if margin > -NEGLIGIBLE_BITS {
+            near.push(k as u32);
+            floor = lowest::<LANES>(&best);
         }
     }
-    low.into_iter().fold(f64::INFINITY, f64::min)
+    best
 }
 
-/// The ten sums of one block for one component.
-#[inline]
+/// Raises `best` to `log` where that is more; gives the largest of `log` less the old best.
+#[inline(always)]
 #[expect(
     clippy::needless_range_loop,
     reason = "side-by-side arrays in lockstep vectorise"
 )]
-fn gather(block: &Block, mean: &[f64; 3], parts: &[f64; BLOCK], share: &[f64; BLOCK]) -> Sums {
+fn raise<const LANES: usize>(log: &[f64; BLOCK], best: &mut [f64; BLOCK]) -> f64 {
+    let mut margin = [f64::NEG_INFINITY; LANES];
+    for start in (0..BLOCK).step_by(LANES) {
+        for lane in 0..LANES {
+            let i = start + lane;
+            let over = log[i] - best[i];
+            margin[lane] = if over > margin[lane] {
+                over
+            } else {
+                margin[lane]
+            };
+            best[i] = if log[i] > best[i] { log[i] } else { best[i] };
+        }
+    }
+    margin
+        .into_iter()
+        .fold(f64::NEG_INFINITY, |a, b| if b > a { b } else { a })
+}
+
+#[inline(always)]
+fn lowest<const LANES: usize>(values: &[f64; BLOCK]) -> f64 {
+    let mut low = [f64::INFINITY; LANES];
+    for start in (0..BLOCK).step_by(LANES) {
+        for lane in 0..LANES {
+            let v = values[start + lane];
+            low[lane] = if v < low[lane] { v } else { low[lane] };
+        }
+    }
+    low.into_iter()
+        .fold(f64::INFINITY, |a, b| if b < a { b } else { a })
+}
+
+/// Makes `logs` densities relative to the best of each lane and adds up the likelihood; gives what turns
+/// them into weighted responsibilities.
+#[inline(always)]
+#[expect(
+    clippy::needless_range_loop,
+    reason = "side-by-side arrays in lockstep vectorise"
+)]
+fn shares<const FUSED: bool, const LANES: usize>(
+    block: &Block,
+    best: &[f64; BLOCK],
+    logs: &mut [[f64; BLOCK]],
+    likelihood: &mut [f64; LANES],
+) -> [f64; BLOCK] {
+    let mut sum = [0.0; BLOCK];
+    for log in logs {
+        for i in 0..BLOCK {
+            log[i] = exp2::<FUSED>(log[i] - best[i]);
+            sum[i] += log[i];
+        }
+    }
+    let mut share = [0.0; BLOCK];
+    for start in (0..BLOCK).step_by(LANES) {
+        for lane in 0..LANES {
+            let i = start + lane;
+            let log_density = multiply_add::<FUSED>(best[i], LN_2, ln::<FUSED>(sum[i]));
+            likelihood[lane] =
+                multiply_add::<FUSED>(block.weight[i], log_density, likelihood[lane]);
+            share[i] = block.weight[i] / sum[i];
+        }
+    }
+    share
+}
+
+/// Adds the ten sums of one block for one component; gives the first of them, for this block alone.
+#[inline(always)]
+#[expect(
+    clippy::needless_range_loop,
+    reason = "side-by-side arrays in lockstep vectorise"
+)]
+fn gather<const FUSED: bool, const LANES: usize>(
+    block: &Block,
+    mean: &[f64; 3],
+    parts: &[f64; BLOCK],
+    share: &[f64; BLOCK],
+    into: &mut [[f64; WIDEST]; 10],
+) -> f64 {
+    let fma = multiply_add::<FUSED>;
     let mut sums = [[0.0; LANES]; 10];
     for start in (0..BLOCK).step_by(LANES) {
         for lane in 0..LANES {
@@ -219,13 +247,18 @@ fn gather(block: &Block, mean: &[f64; 3], parts: &[f64; BLOCK], share: &[f64; BL
             sums[1][lane] += rx;
             sums[2][lane] += ry;
             sums[3][lane] += rz;
-            sums[4][lane] += rx * dx;
-            sums[5][lane] += rx * dy;
-            sums[6][lane] += rx * dz;
-            sums[7][lane] += ry * dy;
-            sums[8][lane] += ry * dz;
-            sums[9][lane] += rz * dz;
+            sums[4][lane] = fma(rx, dx, sums[4][lane]);
+            sums[5][lane] = fma(rx, dy, sums[5][lane]);
+            sums[6][lane] = fma(rx, dz, sums[6][lane]);
+            sums[7][lane] = fma(ry, dy, sums[7][lane]);
+            sums[8][lane] = fma(ry, dz, sums[8][lane]);
+            sums[9][lane] = fma(rz, dz, sums[9][lane]);
         }
     }
-    sums.map(|lanes| lanes.iter().sum())
+    for (into, sums) in into.iter_mut().zip(&sums) {
+        for lane in 0..LANES {
+            into[lane] += sums[lane];
+        }
+    }
+    sums[0].iter().sum()
 }

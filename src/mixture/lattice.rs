@@ -1,7 +1,9 @@
 //! Points made ready for EM: centred, ordered along a space-filling curve, a structure of arrays.
 
 use super::MixtureError;
+use super::curve::along_the_curve;
 use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 
 /// Points that share one bounding box, and the width of the inner loops.
 pub(super) const BLOCK: usize = 64;
@@ -31,10 +33,11 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    /// Checks and arranges the points. Deterministic.
+    /// Checks and arranges the points. Deterministic. `parallel`: in the pool that the caller stands in.
     pub(super) fn new(
         points: &[Point3<f64>],
         weights: Option<&[f64]>,
+        parallel: bool,
     ) -> Result<Self, MixtureError> {
         check_points(points)?;
         let total_weight = match weights {
@@ -45,10 +48,13 @@ impl Lattice {
         let shift: Vector3<f64> =
             points.iter().map(|p| p - first).sum::<Vector3<f64>>() / points.len() as f64;
         let centre = first.coords + shift;
-        let blocks = along_the_curve(points)
-            .chunks(BLOCK)
-            .map(|members| Block::new(points, weights, members, centre))
-            .collect();
+        let order = along_the_curve(points, parallel);
+        let block = |members: &[u32]| Block::new(points, weights, members, centre);
+        let blocks = if parallel {
+            order.par_chunks(BLOCK).map(block).collect()
+        } else {
+            order.chunks(BLOCK).map(block).collect()
+        };
         Ok(Self {
             blocks,
             centre,
@@ -123,43 +129,9 @@ pub(super) fn check_weights(points: &[Point3<f64>], weights: &[f64]) -> Result<f
     Ok(got)
 }
 
-/// Point indices in Morton order, so that neighbours in the list are neighbours in space.
-fn along_the_curve(points: &[Point3<f64>]) -> Vec<u32> {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for p in points {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(p[axis]);
-            high[axis] = high[axis].max(p[axis]);
-        }
-    }
-    let widest = (0..3).map(|a| high[a] - low[a]).fold(0.0, f64::max);
-    let scale = if widest > 0.0 && widest.is_finite() {
-        1_048_575.0 / widest
-    } else {
-        0.0
-    };
-    let cell = |v: f64, axis: usize| spread(((v - low[axis]) * scale) as u64);
-    let mut keyed: Vec<(u64, u32)> = (0u32..)
-        .zip(points)
-        .map(|(i, p)| (cell(p.x, 0) | cell(p.y, 1) << 1 | cell(p.z, 2) << 2, i))
-        .collect();
-    keyed.sort_unstable();
-    keyed.into_iter().map(|(_, i)| i).collect()
-}
-
-/// Two zero bits between each of the lowest 21 bits.
-fn spread(v: u64) -> u64 {
-    let mut v = v & 0x1f_ffff;
-    v = (v | v << 32) & 0x001f_0000_0000_ffff;
-    v = (v | v << 16) & 0x001f_0000_ff00_00ff;
-    v = (v | v << 8) & 0x100f_00f0_0f00_f00f;
-    v = (v | v << 4) & 0x10c3_0c30_c30c_30c3;
-    (v | v << 2) & 0x1249_2492_4924_9249
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{BLOCK, Lattice, spread};
+    use super::{BLOCK, Lattice};
     use nalgebra::Point3;
 
     #[test]
@@ -173,7 +145,7 @@ mod tests {
                 )
             })
             .collect();
-        let lattice = Lattice::new(&points, None).expect("finite");
+        let lattice = Lattice::new(&points, None, false).expect("finite");
         let mut seen: Vec<u32> = lattice
             .blocks
             .iter()
@@ -186,6 +158,5 @@ mod tests {
             (mass, lattice.blocks.len()),
             (150.0, 150usize.div_ceil(BLOCK))
         );
-        assert_eq!(spread(0b111), 0b1_001_001);
     }
 }

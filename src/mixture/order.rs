@@ -27,13 +27,18 @@ pub fn least_bic(
         return Err(MixtureError::NoComponents);
     }
     let mut best = fit(1)?;
+    let mut runs = best.runs;
     for components in 2..=max {
         match fit(components) {
-            Ok(candidate) if bic(&candidate, points) < bic(&best, points) => best = candidate,
-            Ok(_) => {}
+            Ok(candidate) => {
+                runs += candidate.runs;
+                if bic(&candidate, points) < bic(&best, points) {
+                    best = candidate;
+                }
+            }
             Err(MixtureError::TooFewPoints { .. }) => break,
             Err(other) => return Err(other),
         }
     }
-    Ok(best)
+    Ok(Fit { runs, ..best })
 }

@@ -1,5 +1,6 @@
 //! A mixture as JSON: `{"weights": [K], "means": [K][3], "covs": [K][6]}`, covariances as xx xy xz yy yz zz.
 
+use super::constants::SEMI_DEFINITE_SLACK;
 use super::{Gaussian, Mixture, MixtureError};
 use nalgebra::{Matrix3, Point3};
 use serde::{Deserialize, Serialize};
@@ -15,15 +16,59 @@ pub struct MixtureRecord {
     pub covs: Vec<[f64; 6]>,
 }
 
+/// A record as it may come in.
+#[derive(Deserialize)]
+struct Incoming {
+    weights: Vec<f64>,
+    means: Vec<[f64; 3]>,
+    covs: Vec<Covariance>,
+}
+
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "a covariance of another length than 6 numbers or 3 rows of 3"
+)]
+enum Covariance {
+    Six([f64; 6]),
+    Rows([[f64; 3]; 3]),
+}
+
+impl Covariance {
+    /// As xx xy xz yy yz zz, the mean of both sides of the diagonal.
+    fn six(&self, component: usize) -> Result<[f64; 6], MixtureError> {
+        match self {
+            Self::Six(six) => Ok(*six),
+            Self::Rows(m) => {
+                let largest = m.iter().flatten().fold(0.0, |a: f64, v| a.max(v.abs()));
+                let apart = |(r, c): (usize, usize)| (m[r][c] - m[c][r]).abs();
+                let sides = [(0, 1), (0, 2), (1, 2)].map(apart);
+                if sides.iter().any(|a| *a > SEMI_DEFINITE_SLACK * largest) {
+                    let what = format!("covariance {component} is not symmetric");
+                    return Err(MixtureError::Record(what));
+                }
+                let upper = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+                Ok(upper.map(|(r, c)| 0.5 * (m[r][c] + m[c][r])))
+            }
+        }
+    }
+}
+
 impl MixtureRecord {
-    /// Reads a record and checks it; unknown keys beside the three are ignored, so that the output
+    /// Reads a record and checks it; covariances may also stand as 3 x 3 rows, unknown keys beside the three are ignored, so that the output
     /// of a fit is itself a start.
     ///
     /// # Errors
     /// [`MixtureError::Record`] for text of another form, else as [`Mixture::try_new`].
     pub fn parse(json: &str) -> Result<Mixture, MixtureError> {
-        let record: Self =
+        let record: Incoming =
             serde_json::from_str(json).map_err(|e| MixtureError::Record(e.to_string()))?;
+        let covs = record.covs.iter().enumerate();
+        let record = Self {
+            weights: record.weights,
+            means: record.means,
+            covs: covs.map(|(k, c)| c.six(k)).collect::<Result<_, _>>()?,
+        };
         record.try_into()
     }
 }
@@ -90,6 +135,18 @@ mod tests {
         assert_eq!(mixture.components[0].covariance[(2, 1)], 0.3);
         let text = serde_json::to_string(&MixtureRecord::from(&mixture)).expect("serialises");
         assert_eq!(text, TWO);
+        let rows = TWO.replace(
+            "[1.0,0.1,0.2,2.0,0.3,3.0]",
+            "[[1.0,0.1,0.2],[0.1,2.0,0.3],[0.2,0.3,3.0]]",
+        );
+        assert_eq!(MixtureRecord::parse(&rows), Ok(mixture));
+        let bent = rows.replace("[0.1,2.0,0.3]", "[0.2,2.0,0.3]");
+        assert_eq!(
+            MixtureRecord::parse(&bent),
+            Err(MixtureError::Record(
+                "covariance 0 is not symmetric".to_owned()
+            ))
+        );
     }
 
     #[test]

@@ -2,13 +2,15 @@
 //! free, and new ones stand only where points stay unexplained. Two independent fits of one place
 //! differ by EM's local optima; these two do not (design, section 5).
 
+use super::component::{Bounds, Ready};
 use super::constants::{REFIT_ITERATIONS, REGULARISATION_M2, UNEXPLAINED_SIGMAS};
 use super::em::run_frozen;
-use super::kernel::Ready;
-use super::lattice::{BLOCK, Lattice};
+use super::instructions::{Instructions, Loops};
+use super::lattice::{BLOCK, Block, Lattice};
 use super::split::{SplitSettings, split_until_flat};
 use super::{EmSettings, Gaussian, Mixture, MixtureError};
 use nalgebra::{Matrix3, Point3};
+use std::f64::consts::LOG2_E;
 
 /// Which points the reference does not explain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -148,7 +150,7 @@ pub fn sigmas_to_nearest(
     if points.is_empty() {
         return Ok(nearest);
     }
-    let lattice = Lattice::new(points, None)?;
+    let lattice = Lattice::new(points, None, false)?;
     let mut ready = Vec::with_capacity(mixture.len());
     for (component, (&weight, g)) in mixture.weights.iter().zip(&mixture.components).enumerate() {
         if weight > 0.0 {
@@ -159,25 +161,59 @@ pub fn sigmas_to_nearest(
             ready.push(Ready::new(weight, &wide).ok_or(MixtureError::Singular { component })?);
         }
     }
-    let half_cap = 0.5 * cap * cap;
-    let mut halves = [0.0; BLOCK];
-    for block in &lattice.blocks {
-        let mut best = [f64::INFINITY; BLOCK];
-        for component in &ready {
-            if component.half_mahalanobis_floor(block) > half_cap {
-                continue;
+    let mut bounds = Bounds::default();
+    bounds.set(&ready);
+    Instructions::best().run(Nearest {
+        ready: &ready,
+        bounds: &bounds,
+        blocks: &lattice.blocks,
+        cap,
+        nearest: &mut nearest,
+    });
+    Ok(nearest)
+}
+
+/// The loops of [`sigmas_to_nearest`].
+struct Nearest<'a> {
+    ready: &'a [Ready],
+    bounds: &'a Bounds,
+    blocks: &'a [Block],
+    cap: f64,
+    nearest: &'a mut [f64],
+}
+
+impl Loops for Nearest<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool, const LANES: usize>(self) {
+        // A component loses half its squared sigmas, in nats.
+        let bits = 0.5 * LOG2_E;
+        let cap = self.cap * self.cap * bits;
+        let mut ceilings = Vec::new();
+        let mut losses = [0.0; BLOCK];
+        for block in self.blocks {
+            self.bounds.ceilings::<FUSED>(block, &mut ceilings);
+            let mut best = [f64::INFINITY; BLOCK];
+            for (component, ceiling) in self.ready.iter().zip(&ceilings) {
+                if component.peak - ceiling > cap {
+                    continue;
+                }
+                component.losses::<FUSED>(block, &mut losses);
+                for (best, loss) in best.iter_mut().zip(&losses) {
+                    *best = if *loss < *best { *loss } else { *best };
+                }
             }
-            component.half_mahalanobis(block, &mut halves);
-            for (best, half) in best.iter_mut().zip(&halves) {
-                *best = best.min(*half);
+            for (&index, loss) in block.index[..block.len].iter().zip(best) {
+                let sigmas = (loss / bits).sqrt();
+                self.nearest[index as usize] = if sigmas > self.cap {
+                    f64::INFINITY
+                } else {
+                    sigmas
+                };
             }
-        }
-        for (&index, half) in block.index[..block.len].iter().zip(best) {
-            let sigmas = (2.0 * half).sqrt();
-            nearest[index as usize] = if sigmas > cap { f64::INFINITY } else { sigmas };
         }
     }
-    Ok(nearest)
 }
 
 #[cfg(test)]

@@ -446,6 +446,8 @@ fn wrong_usage_exits_2_and_says_what_is_right() {
         ],
         &["compare", "good.ply", "good.ply", "--manifest", "list.json"],
         &["fit", "good.ply", "--components", "0"],
+        &["fit", "good.ply", "--components", "some"],
+        &["fit", "good.ply", "--max-components", "0"],
         &["fit", "good.ply", "--threads", "0"],
         &[
             "fit",

@@ -70,6 +70,35 @@ fn fit_writes_a_mixture_that_fit_and_distance_read() {
 }
 
 #[test]
+fn fit_tells_how_it_came_about() {
+    let dir = clouds::folder();
+    for (count, start) in [("mml", "k_means"), ("bic", "k_means"), ("flat", "flat")] {
+        let args = [
+            "fit",
+            "now.ply",
+            "--components",
+            count,
+            "--max-components",
+            "4",
+            "--restarts",
+            "2",
+            "--json",
+        ];
+        let ran = patrold(dir.path(), &args);
+        assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+        let fitted = ran.json();
+        schema::check("fit", &fitted);
+        assert_eq!(
+            (&fitted["components_by"], &fitted["start"]["kind"]),
+            (&count.into(), &start.into())
+        );
+        let k = fitted["weights"].as_array().map_or(0, Vec::len);
+        assert!(k >= 1 && (k <= 4 || count == "flat"), "{k}");
+        assert!(fitted["runs"].as_u64() >= Some(if count == "flat" { 1 } else { 2 }));
+    }
+}
+
+#[test]
 fn fit_splits_until_flat_where_no_number_is_given() {
     let dir = clouds::folder();
     let ran = patrold(dir.path(), &["fit", "then.ply", "--json", "--threads", "2"]);

@@ -62,7 +62,7 @@ def fm(m, a, n, b):
 
 def emd():
     cases = []
-    for p, q in ((3, 3), (6, 9), (20, 15)):
+    for p, q in ((3, 3), (6, 9), (20, 15), (60, 45)):
         sides = []
         for k in (p, q):
             weights = rng.dirichlet(np.ones(k))

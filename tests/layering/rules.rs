@@ -21,7 +21,8 @@ const NARROWER: [(&str, &[&str]); 2] = [
 ];
 
 /// Outside crates, and the folders that may name them.
-const HOMES: [(&str, &[&str]); 3] = [
+const HOMES: [(&str, &[&str]); 4] = [
+    ("pulp", &["src/mixture/instructions.rs"]),
     ("serialport", &["drivers/link/"]),
     ("rusqlite", &["src/store/"]),
     ("tokio", &["src/service/", "src/cli/"]),

@@ -1,0 +1,106 @@
+//! Points along a space-filling curve, so that neighbours in the list are neighbours in space.
+
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+/// Cells of the curve along the longest side of the bounding box, as a power of two.
+const CELL_BITS: u32 = 10;
+
+/// Bits that one pass of the radix sort takes.
+const DIGIT_BITS: u32 = 10;
+
+/// Where the cell begins in a key; below it stands the point's index.
+const CELL_SHIFT: u32 = u32::BITS;
+
+/// Point indices in Morton order; points of one cell keep their order. Coordinates must be finite.
+/// `parallel`: in the pool that the caller stands in.
+pub(super) fn along_the_curve(points: &[Point3<f64>], parallel: bool) -> Vec<u32> {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for p in points {
+        for axis in 0..3 {
+            let v = p[axis];
+            low[axis] = if v < low[axis] { v } else { low[axis] };
+            high[axis] = if v > high[axis] { v } else { high[axis] };
+        }
+    }
+    let widest = (0..3).map(|a| high[a] - low[a]).fold(0.0, f64::max);
+    let cells = f64::from((1u32 << CELL_BITS) - 1);
+    let scale = if widest > 0.0 && widest.is_finite() {
+        cells / widest
+    } else {
+        0.0
+    };
+    let cell = |v: f64, axis: usize| spread(((v - low[axis]) * scale) as u32);
+    let key = |(i, p): (usize, &Point3<f64>)| {
+        let cell = cell(p.x, 0) | cell(p.y, 1) << 1 | cell(p.z, 2) << 2;
+        u64::from(cell) << CELL_SHIFT | i as u64
+    };
+    let keys: Vec<u64> = if parallel {
+        points.par_iter().enumerate().map(key).collect()
+    } else {
+        points.iter().enumerate().map(key).collect()
+    };
+    sorted(keys).into_iter().map(|key| key as u32).collect()
+}
+
+/// Sorts by the cells of the keys; stable, a radix sort from the least digit.
+fn sorted(mut from: Vec<u64>) -> Vec<u64> {
+    let mut to = vec![0; from.len()];
+    let mut counts = vec![0u32; 1 << DIGIT_BITS];
+    for shift in (0..3 * CELL_BITS).step_by(DIGIT_BITS as usize) {
+        let digit = |key: u64| (key >> (CELL_SHIFT + shift)) as usize & ((1 << DIGIT_BITS) - 1);
+        counts.fill(0);
+        for &key in &from {
+            counts[digit(key)] += 1;
+        }
+        let mut before = 0;
+        for count in &mut counts {
+            before += std::mem::replace(count, before);
+        }
+        for &key in &from {
+            let place = &mut counts[digit(key)];
+            to[*place as usize] = key;
+            *place += 1;
+        }
+        std::mem::swap(&mut from, &mut to);
+    }
+    from
+}
+
+/// Two zero bits between each of the lowest ten bits.
+fn spread(v: u32) -> u32 {
+    let mut v = v & 0x3ff;
+    v = (v | v << 16) & 0x0300_00ff;
+    v = (v | v << 8) & 0x0300_f00f;
+    v = (v | v << 4) & 0x030c_30c3;
+    (v | v << 2) & 0x0924_9249
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{along_the_curve, sorted, spread};
+    use nalgebra::Point3;
+
+    #[test]
+    fn digits_are_interleaved_and_sorting_is_stable() {
+        assert_eq!(spread(0b111), 0b1_001_001);
+        assert_eq!(spread(0x3ff), 0x0924_9249);
+        let keys: Vec<u64> = (0..5000u64)
+            .map(|i| (i * 7919 % 611 * 104_729) << 32 | i)
+            .collect();
+        let mut expected = keys.clone();
+        expected.sort_unstable();
+        assert_eq!(sorted(keys), expected);
+    }
+
+    #[test]
+    fn the_eight_corners_of_a_cube_come_in_morton_order() {
+        let corner =
+            |i: u32| Point3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
+        let points: Vec<_> = (0..8).rev().map(corner).collect();
+        for parallel in [false, true] {
+            assert_eq!(along_the_curve(&points, parallel), [7, 6, 5, 4, 3, 2, 1, 0]);
+            assert_eq!(along_the_curve(&[corner(3); 4], parallel), [0, 1, 2, 3]);
+        }
+    }
+}
