@@ -10,8 +10,8 @@ const BINS: usize = 180;
 const HOLE_BINS: usize = 15;
 /// A tilt is well known of directions with at least this share along x: within 60 deg of the axis.
 const AHEAD: f64 = 0.5;
-/// Where less than this share of a direction points along x, tilted lines converge: nothing is said there.
-const ASIDE: f64 = 0.4;
+/// Where less than this share of a direction points away from y, tilted lines converge: nothing is said there.
+const ASIDE: f64 = 0.2;
 
 /// Bounds of elevation and azimuth, and of the tilt of a line that turns about the y axis and the angle along it. A
 /// spinning sensor fills the former, a tilted line scanner the latter; each bounds the other's field too, but loosely.
@@ -63,13 +63,15 @@ impl Field {
 
     /// Whether `d` surely lies inside, by `margin_rad` at least.
     pub fn holds(&self, d: &Vector3<f64>, margin_rad: f64) -> bool {
-        let inside = |bounds: &[f64; 2], at: f64| {
-            at >= bounds[0] + margin_rad && at <= bounds[1] - margin_rad
+        let inside = |bounds: &[f64; 2], at: f64, margin: f64| {
+            at >= bounds[0] + margin && at <= bounds[1] - margin
         };
         let margin_bins = (margin_rad * BINS as f64 / (2.0 * PI)).ceil() as usize;
-        d.x.abs() >= ASIDE
-            && inside(&self.elevation, elevation(d))
-            && inside(&self.tilt, tilt(d))
+        // Nearer to the axis of tilting, the same offset is a larger angle about it.
+        let off_axis = (d.x * d.x + d.z * d.z).sqrt();
+        off_axis >= ASIDE
+            && inside(&self.elevation, elevation(d), margin_rad)
+            && inside(&self.tilt, tilt(d), margin_rad / off_axis)
             && surrounded(&self.azimuths, bin(azimuth(d)), margin_bins)
             && surrounded(&self.along, bin(along(d)), margin_bins)
     }

@@ -228,14 +228,14 @@ impl<'a> Pair<'a> {
             let mut evidence = Judge {
                 other,
                 other_from_own,
-                own_noise: own.noise,
+                own,
                 between: self.between,
                 registration: &self.registration,
                 reference_from_own: self.reference_from(side),
                 field: self.field(side, &settings.evidence),
                 settings: &settings.evidence,
             }
-            .judge(&own.view.points, &own.view.origin);
+            .judge();
             if let Some(most_m) = settings.max_range_m {
                 // Near to both sensors, or a surface at the limit would weigh on one side only.
                 let other_origin = other_from_own.pose.inverse() * other.view.origin;

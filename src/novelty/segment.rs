@@ -46,7 +46,11 @@ pub fn segment(
 
 fn passes(thing: &Thing, spacing_rad: f64, settings: &SegmentSettings) -> bool {
     let rows = thing.width_rad[0] / spacing_rad;
-    let least_support = if rows >= settings.least_width_spacings {
+    let compact =
+        rows >= settings.compact_width_spacings && thing.fill >= settings.compact_fill;
+    let least_support = if compact {
+        settings.compact_support
+    } else if rows >= settings.least_width_spacings {
         settings.least_support
     } else {
         settings.thin_support

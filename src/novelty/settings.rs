@@ -143,6 +143,9 @@ pub struct EvidenceSettings {
     pub most_sigmas: f64,
     /// Cosine of incidence below which a plane says nothing about the range along a ray.
     pub least_incidence: f64,
+    /// Cosine of incidence below which a surface need not give anything back: that nothing came proves nothing. Twice
+    /// where the simulated sensor begins to lose targets.
+    pub grazing: f64,
     /// Share of the reach up to which a direction without return proves free space in a bare cloud. A
     /// judgement, not measured; sweeps of our own say where nothing came back.
     pub hole_reach: f64,
@@ -171,6 +174,7 @@ impl Default for EvidenceSettings {
             },
             most_sigmas: 20.0,
             least_incidence: 0.05,
+            grazing: 0.16,
             hole_reach: 0.8,
             field_margin_spacings: 2.0,
             eye_wanders_m: 0.1,
@@ -194,9 +198,16 @@ pub struct SegmentSettings {
     /// Both distances reach at least this many row spacings at the point's range.
     pub link_spacings: f64,
     /// Least support of a listed novelty: the sum over its points of min(z, 20), relative to
-    /// [`Self::support_density_per_sr`] (design section 5: 0 of 150 quiet sweeps reached it; the most of 66 simulated
-    /// quiet pairs is 15, `tests/gates.rs`).
+    /// [`Self::support_density_per_sr`] (design section 5: 0 of 150 quiet sweeps reached it; things of 300 quiet pairs of
+    /// `patrold evaluate --seed 3` that are less than compact reach 127).
     pub least_support: f64,
+    /// The same for a compact thing: at least [`Self::compact_width_spacings`] rows wide and [`Self::compact_fill`] full.
+    /// Noise strings points along edges; such things of the same 300 pairs reach 103 twice among thousands.
+    pub compact_support: f64,
+    /// Least width of a compact thing, in row spacings.
+    pub compact_width_spacings: f64,
+    /// Least fill of a compact thing.
+    pub compact_fill: f64,
     /// Beam density that supports are told for: 683 x 120 beams over 240 x 78 deg (design section 5).
     pub support_density_per_sr: f64,
     /// Fewest points of a thing: fewer fix neither extent nor covariance.
@@ -223,6 +234,9 @@ impl Default for SegmentSettings {
             link_m: 0.16,
             link_spacings: 2.2,
             least_support: 300.0,
+            compact_support: 150.0,
+            compact_width_spacings: 3.0,
+            compact_fill: 0.5,
             support_density_per_sr: 15_550.0,
             least_points: 8,
             least_width_spacings: 1.7,

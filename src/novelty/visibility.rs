@@ -12,6 +12,9 @@ use rayon::prelude::*;
 /// Deviations below this many sigmas are not looked into further: no setting grows from so little.
 const SURELY_SAME: f64 = 2.4;
 
+/// Fewest points that are worth a task of their own.
+const FEWEST_PER_TASK: usize = 1024;
+
 /// What the other view says about a point's place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sight {
@@ -58,8 +61,8 @@ pub struct Judge<'a> {
     pub other: &'a Prepared,
     /// Maps the judged points to its frame.
     pub other_from_own: Passage,
-    /// Range noise of the judged points.
-    pub own_noise: NoiseLaw,
+    /// The view whose points are judged.
+    pub own: &'a Prepared,
     /// Noise of the difference between the views where it is known to exceed both.
     pub between: Option<Between>,
     /// How surely the views lie on one another; its covariance is in the reference's frame.
@@ -73,12 +76,37 @@ pub struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    /// Judges points seen from `own_origin` (their own frame), in their order.
-    pub fn judge(&self, points: &[Point3<f64>], own_origin: &Point3<f64>) -> Vec<Evidence> {
+    /// Judges the own view's points, in their order.
+    pub fn judge(&self) -> Vec<Evidence> {
+        let points = &self.own.view.points;
         points
             .par_iter()
-            .map(|p| self.judge_one(p, own_origin))
+            .enumerate()
+            .with_min_len(FEWEST_PER_TASK)
+            .map(|(i, p)| {
+                let evidence = self.judge_one(p, &self.own.view.origin);
+                if evidence.empty && self.slants(i) {
+                    return Evidence::none(Sight::Unseen);
+                }
+                evidence
+            })
             .collect()
+    }
+
+    /// Whether the other view would have met the surface of the own point `i` at so flat an angle that nothing need
+    /// have come back.
+    fn slants(&self, i: usize) -> bool {
+        let surfaces = &self.own.surfaces;
+        let patch = surfaces
+            .patch_of_point
+            .get(i)
+            .and_then(|cell| surfaces.patches.get(*cell as usize))
+            .filter(|patch| patch.flat);
+        patch.is_some_and(|patch| {
+            let eye = self.other_from_own.pose.inverse() * self.other.rays.origin();
+            let towards = eye - self.own.view.points[i];
+            patch.normal.dot(&towards).abs() < self.settings.grazing * towards.norm()
+        })
     }
 
     fn judge_one(&self, own: &Point3<f64>, own_origin: &Point3<f64>) -> Evidence {
@@ -306,7 +334,7 @@ impl Judge<'_> {
 
     fn noise_m(&self, own_range_m: f64, other_range_m: f64) -> f64 {
         let both = norm3(
-            self.own_noise.sigma_m(own_range_m),
+            self.own.noise.sigma_m(own_range_m),
             self.other.noise.sigma_m(other_range_m),
             0.0,
         );
