@@ -33,9 +33,10 @@ pub struct Rays {
     pub spacing_rad: f64,
     /// Rays over the solid angle that they cover, per steradian.
     pub mean_density_per_sr: f64,
-    /// Range in metres that the sensor reaches: the stated free range, or the 99th percentile of
-    /// the ranges.
+    /// Range in metres that the sensor reaches here: the 99th percentile of the ranges.
     pub reach_m: f64,
+    /// Range up to which the sensor itself says that nothing stands where nothing came back, metres; 0 if it says nothing.
+    pub free_range_m: f64,
 }
 
 /// What stands around one direction.
@@ -60,6 +61,7 @@ pub struct Fan {
     /// Median of the ranges that are any, metres.
     pub middle_range_m: f64,
     reach_m: f64,
+    free_range_m: f64,
 }
 
 impl Fan {
@@ -86,11 +88,8 @@ impl Fan {
             origin: view.origin,
             spacing_rad: spacing(&directions),
             middle_range_m: quantile(&mut sorted, 0.5),
-            reach_m: if view.no_return.is_empty() {
-                quantile(&mut sorted, 0.99)
-            } else {
-                view.free_range_m
-            },
+            reach_m: quantile(&mut sorted, 0.99),
+            free_range_m: view.free_range_m,
             directions,
             ranges_m,
         }
@@ -117,6 +116,7 @@ impl Rays {
             index,
             spacing_rad,
             reach_m: fan.reach_m,
+            free_range_m: fan.free_range_m,
             ranges_m: fan.ranges_m,
         };
         rays.mean_density_per_sr = rays.mean_density(&directions);

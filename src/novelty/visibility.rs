@@ -221,7 +221,7 @@ impl Judge<'_> {
         own: &Point3<f64>,
     ) -> Evidence {
         let rays = &self.other.rays;
-        let near = range_m <= self.settings.hole_reach * rays.reach_m;
+        let near = range_m <= self.free_m();
         if !(near && rays.surrounds(d)) && !self.looked_into(d, range_m) {
             return Evidence::none(Sight::Unseen);
         }
@@ -241,7 +241,7 @@ impl Judge<'_> {
         let rays = &self.other.rays;
         let margin_rad = self.settings.field_margin_spacings * rays.spacing_rad
             + self.settings.eye_wanders_m / range_m;
-        range_m <= self.settings.hole_reach * rays.reach_m
+        range_m <= self.free_m()
             && self.field.as_ref().is_some_and(|f| f.holds(d, margin_rad))
     }
 
@@ -251,8 +251,16 @@ impl Judge<'_> {
         if range_m.is_finite() {
             range_m
         } else {
-            self.other.rays.reach_m
+            self.free_m()
         }
+    }
+
+    /// How far a direction without return proves free space: what gives something back now would have done so then, up to
+    /// where ranges fade.
+    fn free_m(&self) -> f64 {
+        let rays = &self.other.rays;
+        rays.free_range_m
+            .max(self.settings.hole_reach * rays.reach_m)
     }
 
     /// How far behind the place the surface met by `ray` lies, across that surface, and the
