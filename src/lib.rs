@@ -3,7 +3,7 @@
 //! Data walks one corridor, and the rooms below are listed in its order:
 //! bytes -> scans -> sweep -> mixture -> distance -> novelty -> shape -> alarm -> log.
 //! Every room's front page says what it takes and what it gives; a room may use the rooms listed
-//! above it and never those below (`tests/layering.rs` keeps this).
+//! above it and never those below (`tests/layering.rs` keeps this). `evaluate` stands beside the corridor and walks it.
 
 pub mod geometry;
 pub mod formats;

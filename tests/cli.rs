@@ -10,6 +10,8 @@ mod commands;
 mod compare;
 #[path = "cli/configuration.rs"]
 mod configuration;
+#[path = "cli/evaluate.rs"]
+mod evaluate;
 #[path = "cli/hardware.rs"]
 mod hardware;
 #[path = "cli/log.rs"]

@@ -8,6 +8,7 @@ mod builder;
 mod changes;
 mod doorway;
 mod draw;
+mod dump;
 mod furniture;
 mod judge;
 mod pair;
@@ -21,6 +22,7 @@ mod summary;
 mod truth;
 
 pub use changes::Change;
+pub use dump::{Entry, NamedFile, dump};
 pub use judge::{Clock, Engine, Given, Judged, judge};
 pub use pair::{Pair, PairError};
 pub use places::Kind;

@@ -59,6 +59,8 @@ pub struct Outcome {
     pub true_points: usize,
     /// Those where the other visit looked.
     pub seen_points: usize,
+    /// Those where it looked, got nothing back, and was too far off for that to prove anything.
+    pub beyond_points: usize,
     /// Listed points over both clouds against the true ones: intersection over union. `None` of quiet pairs.
     pub iou: Option<f64>,
     /// The same, where what the other visit could not see counts neither way.
@@ -105,7 +107,7 @@ pub fn score(pair: &Pair, engine: Engine, given: Given, judged: &Judged) -> Outc
     for novelty in &detection.novelties {
         let s = side(novelty);
         let label = |i: &usize| pair.labels[s].get(*i).copied().unwrap_or(Label::Other);
-        let is_true = |i: &&usize| matches!(label(i), Label::Seen | Label::Hidden);
+        let is_true = |i: &&usize| matches!(label(i), Label::Seen | Label::Beyond | Label::Hidden);
         let counts = |i: &&usize| label(i) != Label::Same;
         for i in &novelty.points {
             if let Some(place) = on[s].get_mut(*i) {
@@ -123,14 +125,12 @@ pub fn score(pair: &Pair, engine: Engine, given: Given, judged: &Judged) -> Outc
             contribution: novelty.contribution,
         });
     }
-    let [true_points, seen_points] = [[Label::Seen, Label::Hidden], [Label::Seen, Label::Seen]]
-        .map(|of| {
-            pair.labels
-                .iter()
-                .flatten()
-                .filter(|l| of.contains(l))
-                .count()
-        });
+    let of = |wanted: &[Label]| {
+        let all = pair.labels.iter().flatten();
+        all.filter(|l| wanted.contains(l)).count()
+    };
+    let (seen_points, beyond_points) = (of(&[Label::Seen]), of(&[Label::Beyond]));
+    let true_points = seen_points + beyond_points + of(&[Label::Hidden]);
     let (shift_error_m, turn_error_deg) = registration_error(
         &pair.current_from_reference,
         &detection.registration.current_from_reference,
@@ -147,11 +147,16 @@ pub fn score(pair: &Pair, engine: Engine, given: Given, judged: &Judged) -> Outc
         d_gmm: detection.d_gmm,
         unexplained: detection.unexplained,
         iou: overlap(&pair.labels, &on, &[Label::Same]).filter(|_| true_points > 0),
-        iou_seen: overlap(&pair.labels, &on, &[Label::Same, Label::Hidden])
-            .filter(|_| seen_points > 0),
+        iou_seen: overlap(
+            &pair.labels,
+            &on,
+            &[Label::Same, Label::Hidden, Label::Beyond],
+        )
+        .filter(|_| seen_points > 0),
         listed,
         true_points,
         seen_points,
+        beyond_points,
         shift_error_m,
         turn_error_deg,
         unobservable: detection.registration.unobservable.clone(),

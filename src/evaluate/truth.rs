@@ -1,7 +1,7 @@
 //! What is true of the points of a pair: which lie on things that changed, and whether the other visit looked there.
 
 use super::place::thing_of;
-use super::sensor::{BEAMS_PER_PROBE, Field, Met, Setting, cast, meet};
+use super::sensor::{BEAMS_PER_PROBE, Met, Setting, cast, meet};
 use crate::geometry::Pose;
 use crate::world::{Ray, World};
 use nalgebra::{Point3, Unit, Vector3};
@@ -18,6 +18,8 @@ pub enum Label {
     Other,
     /// On a thing that came, went or moved, where the other visit looked and met it not.
     Seen,
+    /// On such a thing, where nothing came back at the other visit, and so far off that this proves nothing.
+    Beyond,
     /// On such a thing, where the other visit could not look.
     Hidden,
     /// On such a thing, where it also was at the other visit (a door near its hinge): counts neither way.
@@ -47,31 +49,31 @@ impl Visit<'_> {
     }
 
     /// What this visit knows about a place of the map where the other met a changed thing.
-    fn looked_at(
-        &self,
-        place: &Point3<f64>,
-        changed: &[bool],
-        field: &Field,
-        reach_m: f64,
-    ) -> Label {
+    fn looked_at(&self, place: &Point3<f64>, changed: &[bool], setting: &Setting) -> Label {
         let origin = self.map_from_base * self.origin;
         let way: Vector3<f64> = place - origin;
         let away_m = way.norm();
         let direction = Unit::new_normalize(way);
-        let met = meet(self.world, &Ray { origin, direction }, reach_m);
-        let on_thing = |m: &Met| changed.get(m.object).copied().unwrap_or(false);
-        if let Some(met) = met
-            && on_thing(&met)
-            && (met.range_m - away_m).abs() < SAME_M
+        if !setting
+            .field
+            .holds(&self.map_from_base.inverse_transform_vector(&way))
         {
-            return Label::Same;
+            return Label::Hidden;
         }
-        let through = away_m < reach_m && met.is_none_or(|m| m.range_m > away_m + THROUGH_M);
-        let looks = field.holds(&self.map_from_base.inverse_transform_vector(&way));
-        if through && looks {
-            Label::Seen
-        } else {
-            Label::Hidden
+        match meet(self.world, &Ray { origin, direction }, setting.reach_m) {
+            Some(met) => {
+                let on_thing = changed.get(met.object).copied().unwrap_or(false);
+                if on_thing && (met.range_m - away_m).abs() < SAME_M {
+                    Label::Same
+                } else if met.range_m > away_m + THROUGH_M {
+                    Label::Seen
+                } else {
+                    Label::Hidden
+                }
+            }
+            None if away_m < setting.free_range_m => Label::Seen,
+            None if away_m < setting.reach_m => Label::Beyond,
+            None => Label::Hidden,
         }
     }
 }
@@ -88,7 +90,7 @@ pub fn labels(
     met.iter()
         .map(|m| {
             if mine.get(m.object).copied().unwrap_or(false) {
-                other.looked_at(&m.at, &theirs, &setting.field, setting.reach_m)
+                other.looked_at(&m.at, &theirs, setting)
             } else {
                 Label::Other
             }
@@ -111,7 +113,8 @@ pub fn visible_points(
     );
     let met: Vec<Met> = lines.into_iter().flatten().flatten().collect();
     let labels = labels(&met, own, other, things, setting);
-    BEAMS_PER_PROBE * labels.iter().filter(|l| **l == Label::Seen).count()
+    let passed = |l: &&Label| matches!(l, Label::Seen | Label::Beyond);
+    BEAMS_PER_PROBE * labels.iter().filter(passed).count()
 }
 
 /// Share of a ball's outline that is in view: rays over its disc that lie in the field and meet it first.
@@ -152,6 +155,9 @@ pub fn share_in_view(
 impl Visit<'_> {
     /// Whether this visit looked through a place of the map.
     pub fn looks_through(&self, place: &Point3<f64>, setting: &Setting) -> bool {
-        self.looked_at(place, &[], &setting.field, setting.reach_m) == Label::Seen
+        matches!(
+            self.looked_at(place, &[], setting),
+            Label::Seen | Label::Beyond
+        )
     }
 }

@@ -2,12 +2,16 @@
 
 use super::tell;
 use crate::cli::failure::{DONE, Failure, Outcome as Ended};
-use crate::cli::{output, progress};
+use crate::cli::{files, output, progress};
 use crate::evaluate::{
-    Amounts, Change, Engine, Given, Kind, Outcome, Pair, Planned, Sensor, Set, judge, plan, score,
+    Amounts, Change, Engine, Entry, Given, Kind, Outcome, Pair, Planned, Sensor, Set, dump, judge,
+    plan, score,
 };
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
+use serde_json::json;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Arguments of `evaluate`.
@@ -44,6 +48,9 @@ pub struct EvaluateArgs {
     /// Pairs at a time [default: one for each core]; times mean something with 1 alone
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
+    /// Write every pair here as clouds and labels, with a manifest that `compare --manifest` reads
+    #[arg(long, value_name = "DIR")]
+    dump: Option<PathBuf>,
     /// One line for each pair judged wrongly, with everything to run it again
     #[arg(long)]
     list_misses: bool,
@@ -154,7 +161,14 @@ pub fn run(args: &EvaluateArgs) -> Ended {
                 .to_owned(),
         ));
     }
-    let ways = args.ways();
+    let run = Run {
+        seed: args.seed,
+        ways: args.ways(),
+        folder: args.dump.as_deref(),
+    };
+    if let Some(folder) = run.folder {
+        fs::create_dir_all(folder).map_err(|error| files::named(folder, error))?;
+    }
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads)
         .build()
@@ -162,20 +176,31 @@ pub fn run(args: &EvaluateArgs) -> Ended {
     let began = Instant::now();
     let clock = || began.elapsed().as_secs_f64() * 1e3;
     let bar = progress::bar(pairs.len(), "pairs");
-    let judged: Vec<Result<Vec<Outcome>, Failure>> = pool.install(|| {
+    let done: Vec<Result<Done, Failure>> = pool.install(|| {
         pairs
             .par_iter()
             .with_max_len(1)
             .map(|planned| {
-                let judged = one(planned, args.seed, &ways, &clock);
+                let done = run.one(planned, &clock);
                 bar.inc(1);
-                judged
+                done
             })
             .collect()
     });
     bar.finish_and_clear();
-    let judged: Vec<Vec<Outcome>> = judged.into_iter().collect::<Result<_, _>>()?;
-    let outcomes: Vec<Outcome> = judged.into_iter().flatten().collect();
+    let (mut outcomes, mut entries) = (Vec::new(), Vec::new());
+    for pair in done {
+        let (judged, entry) = pair?;
+        outcomes.extend(judged);
+        entries.extend(entry);
+    }
+    if let Some(folder) = run.folder {
+        let manifest = serde_json::to_vec_pretty(&json!({"seed": args.seed, "pairs": entries}));
+        files::write(
+            &folder.join("manifest.json"),
+            &manifest.map_err(Failure::failed)?,
+        )?;
+    }
     let report = tell::Report::new(&outcomes, args.seed, pairs.len(), clock() / 1e3);
     if args.json {
         output::json(&report)?;
@@ -188,18 +213,33 @@ pub fn run(args: &EvaluateArgs) -> Ended {
     Ok(DONE)
 }
 
-fn one(
-    planned: &Planned,
+/// What came of a pair: what it was judged in each way, and its entry where it was kept.
+type Done = (Vec<Outcome>, Option<Entry>);
+
+/// What is done with every pair.
+struct Run<'a> {
     seed: u64,
-    ways: &[(Engine, Given)],
-    clock: &(dyn Fn() -> f64 + Sync),
-) -> Result<Vec<Outcome>, Failure> {
-    let pair = Pair::take(planned, seed).map_err(Failure::failed)?;
-    ways.iter()
-        .map(|(engine, given)| {
+    ways: Vec<(Engine, Given)>,
+    folder: Option<&'a Path>,
+}
+
+impl Run<'_> {
+    fn one(&self, planned: &Planned, clock: &(dyn Fn() -> f64 + Sync)) -> Result<Done, Failure> {
+        let pair = Pair::take(planned, self.seed).map_err(Failure::failed)?;
+        let entry = self.folder.map(|folder| keep(&pair, folder)).transpose()?;
+        let judged = self.ways.iter().map(|(engine, given)| {
             let named = |error| Failure::Failed(format!("pair {}: {error}", planned.name()));
             let judged = judge(&pair, *given, &engine.settings(), clock).map_err(named)?;
             Ok(score(&pair, *engine, *given, &judged))
-        })
-        .collect()
+        });
+        Ok((judged.collect::<Result<_, Failure>>()?, entry))
+    }
+}
+
+fn keep(pair: &Pair, folder: &Path) -> Result<Entry, Failure> {
+    let (entry, written) = dump(pair);
+    for (name, bytes) in written {
+        files::write(&folder.join(name), &bytes)?;
+    }
+    Ok(entry)
 }

@@ -35,6 +35,7 @@ struct Miss {
     iou: Option<f64>,
     true_points: usize,
     seen_points: usize,
+    beyond_points: usize,
     shift_error_m: f64,
     turn_error_deg: f64,
     unobservable: Vec<String>,
@@ -75,7 +76,7 @@ impl Report {
         for rows in self.rows.chunk_by(|a, b| way(a) == way(b)) {
             if let Some(first) = rows.first() {
                 let title = format!(
-                    "{} pairs, {}: {} engine, {}",
+                    "{} {} pairs: {} engine, {}",
                     first.set.replace('_', " "),
                     first.group,
                     first.engine,
@@ -179,6 +180,7 @@ impl Miss {
             iou: outcome.iou,
             true_points: outcome.true_points,
             seen_points: outcome.seen_points,
+            beyond_points: outcome.beyond_points,
             shift_error_m: outcome.shift_error_m,
             turn_error_deg: outcome.turn_error_deg,
             unobservable: outcome.unobservable.clone(),
@@ -190,7 +192,7 @@ impl Miss {
         let novelties: Vec<String> = self.novelties.iter().map(MissNovelty::words).collect();
         format!(
             "--seed {seed} --pair {} --view {} --engine {}: {} in {}, {}, pose {}: {} ({}); d {:.5}, unexplained {:.5}, \
-             share {:.2}, disagreement {:.2}, off {:.1} cm {:.2} deg{}, IoU {}, true points {} ({} seen); {}",
+             share {:.2}, disagreement {:.2}, off {:.1} cm {:.2} deg{}, IoU {}, true points {} ({} seen, {} before nothing and out of its proof); {}",
             self.pair,
             self.view,
             self.engine,
@@ -214,6 +216,7 @@ impl Miss {
             number(self.iou),
             self.true_points,
             self.seen_points,
+            self.beyond_points,
             if novelties.is_empty() {
                 "nothing listed".to_owned()
             } else {

@@ -7,4 +7,4 @@ mod rings;
 mod setting;
 
 pub use cast::{Met, cast, meet};
-pub use setting::{BEAMS_PER_PROBE, Field, Sensor, Setting, Sweep};
+pub use setting::{BEAMS_PER_PROBE, Sensor, Setting, Sweep};

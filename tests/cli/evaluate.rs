@@ -1,0 +1,88 @@
+//! `evaluate`: its JSON, the same for any number of threads; its pairs as files that `compare` judges the same.
+
+use crate::harness::program::patrold;
+use crate::harness::schema;
+use serde_json::Value;
+use std::fs;
+
+/// The report without what the clock says.
+fn timeless(mut report: Value) -> Value {
+    report["seconds"] = Value::Null;
+    for row in report["rows"].as_array_mut().into_iter().flatten() {
+        row["verdict_ms"] = Value::Null;
+    }
+    report
+}
+
+#[test]
+fn the_report_has_its_form_and_does_not_depend_on_threads() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let with = |threads: &str| {
+        let pairs = [
+            "--pair",
+            "quiet-0",
+            "--pair",
+            "person-1",
+            "--pair",
+            "rings-ball20-0",
+        ];
+        let mut args = vec!["evaluate", "--json", "--threads", threads];
+        args.extend(pairs);
+        let ran = patrold(dir.path(), &args);
+        assert_eq!(ran.code, 0, "{ran:?}");
+        ran.json()
+    };
+    let report = with("1");
+    schema::check("evaluate", &report);
+    assert_eq!(report["pairs"], 3);
+    assert_eq!(timeless(report), timeless(with("3")));
+}
+
+#[test]
+fn pairs_as_files_are_judged_as_in_the_run() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let args = [
+        "--pair", "box-0", "--view", "bare", "--dump", "pairs", "--json",
+    ];
+    let ran = patrold(dir.path(), &[&["evaluate"], &args[..]].concat());
+    let report = ran.json();
+    let told = &report["rows"][0]["changed"]["count"];
+
+    let text = fs::read_to_string(dir.path().join("pairs/manifest.json")).expect("a manifest");
+    let manifest: Value = serde_json::from_str(&text).expect("JSON");
+    let pair = &manifest["pairs"][0];
+    assert_eq!(
+        (&pair["name"], &pair["changed"]),
+        (&"box-0".into(), &true.into())
+    );
+    let compared = patrold(
+        dir.path(),
+        &["compare", "--manifest", "pairs/manifest.json", "--json"],
+    );
+    let line = compared.json();
+    schema::check("compare", &line);
+    assert_eq!(line["verdict"] == "changed", *told == 1, "{line}");
+
+    let labels = pair["current_labels"].as_str().expect("a file");
+    let labels = fs::read_to_string(dir.path().join("pairs").join(labels)).expect("labels");
+    assert_eq!(
+        Value::from(labels.lines().count()),
+        line["current"]["points"]
+    );
+    assert!(labels.lines().filter(|l| *l == "1").count() > 20);
+}
+
+#[test]
+fn what_does_not_exist_is_named() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    for (args, told) in [
+        (["--place", "moon"], "office, corridor"),
+        (["--sensor", "eye"], "urg, urg-1.5"),
+        (["--pair", "tree-1"], "such as quiet-17"),
+        (["--pairs", "0"], "no pair is left"),
+    ] {
+        let ran = patrold(dir.path(), &[&["evaluate"], &args[..]].concat());
+        assert_eq!(ran.code, 2, "{ran:?}");
+        assert!(ran.err.contains(told), "{ran:?}");
+    }
+}
