@@ -118,11 +118,13 @@ impl<'a> Ascent<'a> {
     fn expect(&mut self, moments: bool) -> Result<f64, MixtureError> {
         let (ready, bounds) = (&self.ready, &self.bounds);
         let instructions = self.settings.instructions;
-        let step = |scratch: &mut Scratch, tally, blocks, favourites| {
+        let lattice = self.lattice;
+        let step = |scratch: &mut Scratch, run: usize, tally, favourites| {
             instructions.run(Pass {
                 ready,
                 bounds,
-                blocks,
+                lattice,
+                first: run * RUN,
                 favourites,
                 scratch,
                 tally,
@@ -130,30 +132,25 @@ impl<'a> Ascent<'a> {
             });
         };
         if self.settings.threads == 1 {
-            let blocks = self.lattice.blocks.chunks(RUN);
-            let scratch = self.scratch[0]
-                .get_mut()
-                .unwrap_or_else(PoisonError::into_inner);
-            let runs = self
-                .tallies
-                .iter_mut()
-                .zip(blocks)
-                .zip(self.favourites.chunks_mut(RUN));
-            for ((tally, blocks), favourites) in runs {
-                step(scratch, tally, blocks, favourites);
+            let scratch = self.scratch[0].get_mut();
+            let scratch = scratch.unwrap_or_else(PoisonError::into_inner);
+            let runs = self.tallies.iter_mut().zip(self.favourites.chunks_mut(RUN));
+            for (run, (tally, favourites)) in runs.enumerate() {
+                step(scratch, run, tally, favourites);
             }
         } else {
+            let scratch = &self.scratch;
             self.tallies
                 .par_iter_mut()
-                .zip(self.lattice.blocks.par_chunks(RUN))
                 .zip(self.favourites.par_chunks_mut(RUN))
+                .enumerate()
                 // One by one: a worker with a long list left would have the others wait for it.
                 .with_max_len(1)
-                .for_each(|((tally, blocks), favourites)| {
+                .for_each(|(run, (tally, favourites))| {
                     let worker = rayon::current_thread_index().unwrap_or(0);
-                    let scratch = self.scratch[worker].lock();
+                    let scratch = scratch[worker].lock();
                     let mut scratch = scratch.unwrap_or_else(PoisonError::into_inner);
-                    step(&mut scratch, tally, blocks, favourites);
+                    step(&mut scratch, run, tally, favourites);
                 });
         }
         let sum: f64 = self.tallies.iter().map(|t| t.log_likelihood).sum();

@@ -5,7 +5,7 @@ use super::component::{Bounds, Ready};
 use super::constants::NEGLIGIBLE_BITS;
 use super::exponential::{exp2, ln};
 use super::instructions::{Loops, WIDEST, multiply_add};
-use super::lattice::{BLOCK, Block};
+use super::lattice::{BLOCK, Block, Lattice};
 use std::f64::consts::LN_2;
 
 /// Sums of one component: r, r d (3), r d d^T (xx xy xz yy yz zz), d from the component's mean.
@@ -54,7 +54,9 @@ impl Scratch {
 pub(super) struct Pass<'a> {
     pub ready: &'a [Ready],
     pub bounds: &'a Bounds,
-    pub blocks: &'a [Block],
+    pub lattice: &'a Lattice,
+    /// The first block of the run; as many follow as there are favourites.
+    pub first: usize,
     pub favourites: &'a mut [u32],
     pub scratch: &'a mut Scratch,
     pub tally: &'a mut Tally,
@@ -72,12 +74,13 @@ impl Loops for Pass<'_> {
             .iter_mut()
             .for_each(|l| *l = [[0.0; WIDEST]; 10]);
         let mut likelihood = [0.0; LANES];
-        for (block, favourite) in self.blocks.iter().zip(self.favourites) {
+        for (at, favourite) in (self.first..).zip(self.favourites) {
+            let (block, weights) = (&self.lattice.blocks[at], self.lattice.weights(at));
             let first = *favourite as usize;
             let best = nearest::<FUSED, LANES>(self.ready, self.bounds, block, first, scratch);
             let near = &scratch.near;
             let logs = &mut scratch.logs[..near.len()];
-            let share = shares::<FUSED, LANES>(block, &best, logs, &mut likelihood);
+            let share = shares::<FUSED, LANES>(weights, &best, logs, &mut likelihood);
             if !self.moments {
                 continue;
             }
@@ -193,7 +196,7 @@ fn lowest<const LANES: usize>(values: &[f64; BLOCK]) -> f64 {
     reason = "side-by-side arrays in lockstep vectorise"
 )]
 fn shares<const FUSED: bool, const LANES: usize>(
-    block: &Block,
+    weights: &[f64; BLOCK],
     best: &[f64; BLOCK],
     logs: &mut [[f64; BLOCK]],
     likelihood: &mut [f64; LANES],
@@ -210,9 +213,8 @@ fn shares<const FUSED: bool, const LANES: usize>(
         for lane in 0..LANES {
             let i = start + lane;
             let log_density = multiply_add::<FUSED>(best[i], LN_2, ln::<FUSED>(sum[i]));
-            likelihood[lane] =
-                multiply_add::<FUSED>(block.weight[i], log_density, likelihood[lane]);
-            share[i] = block.weight[i] / sum[i];
+            likelihood[lane] = multiply_add::<FUSED>(weights[i], log_density, likelihood[lane]);
+            share[i] = weights[i] / sum[i];
         }
     }
     share

@@ -8,25 +8,33 @@ use rayon::prelude::*;
 /// Points that share one bounding box, and the width of the inner loops.
 pub(super) const BLOCK: usize = 64;
 
-/// One block: coordinates relative to the centre, metres; lanes past the last point weigh nothing.
+/// One block: coordinates relative to the centre, metres; lanes past the last point repeat it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Block {
     pub x: [f64; BLOCK],
     pub y: [f64; BLOCK],
     pub z: [f64; BLOCK],
-    pub weight: [f64; BLOCK],
-    /// Where each lane's point stands in the caller's list; only the first `len` count.
-    pub index: [u32; BLOCK],
-    pub len: usize,
     /// Middle and half extents of the bounding box.
     pub middle: [f64; 3],
     pub half: [f64; 3],
+}
+
+/// What the lanes of the blocks weigh; lanes past the last point weigh nothing.
+#[derive(Debug, Clone, PartialEq)]
+enum Weights {
+    /// All points alike: a full block's, and the last block's.
+    Even(Box<[[f64; BLOCK]; 2]>),
+    /// Every block's own.
+    Own(Vec<[f64; BLOCK]>),
 }
 
 /// All blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Lattice {
     pub blocks: Vec<Block>,
+    /// Where every point stands in the caller's list, block by block.
+    pub order: Vec<u32>,
+    weights: Weights,
     /// Mean of the points, subtracted from all coordinates.
     pub centre: Vector3<f64>,
     pub total_weight: f64,
@@ -49,34 +57,59 @@ impl Lattice {
             points.iter().map(|p| p - first).sum::<Vector3<f64>>() / points.len() as f64;
         let centre = first.coords + shift;
         let order = along_the_curve(points, parallel);
-        let block = |members: &[u32]| Block::new(points, weights, members, centre);
+        let block = |members: &[u32]| Block::new(points, members, centre);
         let blocks = if parallel {
             order.par_chunks(BLOCK).map(block).collect()
         } else {
             order.chunks(BLOCK).map(block).collect()
         };
+        let lanes = |members: &[u32], weight: &dyn Fn(u32) -> f64| {
+            let mut lanes = [0.0; BLOCK];
+            for (lane, &member) in lanes.iter_mut().zip(members) {
+                *lane = weight(member);
+            }
+            lanes
+        };
+        let last = order.len() / BLOCK * BLOCK;
+        let weights = match weights {
+            None => {
+                let last = lanes(&order[last..], &|_| 1.0);
+                Weights::Even(Box::new([[1.0; BLOCK], last]))
+            }
+            Some(weights) => {
+                let own = |members| lanes(members, &|member| weights[member as usize]);
+                Weights::Own(order.chunks(BLOCK).map(own).collect())
+            }
+        };
         Ok(Self {
             blocks,
+            order,
+            weights,
             centre,
             total_weight,
         })
     }
+
+    /// What the lanes of one block weigh.
+    #[inline(always)]
+    pub(super) fn weights(&self, block: usize) -> &[f64; BLOCK] {
+        match &self.weights {
+            Weights::Even(pair) => {
+                let [full, last] = &**pair;
+                let whole = (block + 1) * BLOCK <= self.order.len();
+                if whole { full } else { last }
+            }
+            Weights::Own(own) => &own[block],
+        }
+    }
 }
 
 impl Block {
-    fn new(
-        points: &[Point3<f64>],
-        weights: Option<&[f64]>,
-        members: &[u32],
-        centre: Vector3<f64>,
-    ) -> Self {
+    fn new(points: &[Point3<f64>], members: &[u32], centre: Vector3<f64>) -> Self {
         let mut block = Self {
             x: [0.0; BLOCK],
             y: [0.0; BLOCK],
             z: [0.0; BLOCK],
-            weight: [0.0; BLOCK],
-            index: [0; BLOCK],
-            len: members.len(),
             middle: [0.0; 3],
             half: [0.0; 3],
         };
@@ -85,13 +118,17 @@ impl Block {
             let member = members[lane.min(members.len() - 1)];
             let p = points[member as usize].coords - centre;
             (block.x[lane], block.y[lane], block.z[lane]) = (p.x, p.y, p.z);
-            block.index[lane] = member;
-            if lane < members.len() {
-                block.weight[lane] = weights.map_or(1.0, |w| w[member as usize]);
-            }
             for axis in 0..3 {
-                low[axis] = low[axis].min(p[axis]);
-                high[axis] = high[axis].max(p[axis]);
+                low[axis] = if p[axis] < low[axis] {
+                    p[axis]
+                } else {
+                    low[axis]
+                };
+                high[axis] = if p[axis] > high[axis] {
+                    p[axis]
+                } else {
+                    high[axis]
+                };
             }
         }
         block.middle = std::array::from_fn(|a| 0.5 * (low[a] + high[a]));
@@ -146,14 +183,20 @@ mod tests {
             })
             .collect();
         let lattice = Lattice::new(&points, None, false).expect("finite");
-        let mut seen: Vec<u32> = lattice
-            .blocks
-            .iter()
-            .flat_map(|b| b.index[..b.len].iter().copied())
-            .collect();
+        let mut seen = lattice.order.clone();
         seen.sort_unstable();
         assert_eq!(seen, (0..150).collect::<Vec<u32>>());
-        let mass: f64 = lattice.blocks.iter().flat_map(|b| b.weight).sum();
+        for (at, &point) in lattice.order.iter().enumerate() {
+            let block = &lattice.blocks[at / BLOCK];
+            let x = points[point as usize].x - lattice.centre.x;
+            assert_eq!(block.x[at % BLOCK], x);
+        }
+        let weight: Vec<f64> = (0..150).map(f64::from).collect();
+        let heavy = Lattice::new(&points, Some(&weight), true).expect("finite");
+        for (at, &point) in heavy.order.iter().enumerate() {
+            assert_eq!(heavy.weights(at / BLOCK)[at % BLOCK], f64::from(point));
+        }
+        let mass: f64 = (0..3).flat_map(|b| *lattice.weights(b)).sum();
         assert_eq!(
             (mass, lattice.blocks.len()),
             (150.0, 150usize.div_ceil(BLOCK))

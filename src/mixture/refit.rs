@@ -6,7 +6,7 @@ use super::component::{Bounds, Ready};
 use super::constants::{REFIT_ITERATIONS, REGULARISATION_M2, UNEXPLAINED_SIGMAS};
 use super::em::run_frozen;
 use super::instructions::{Instructions, Loops};
-use super::lattice::{BLOCK, Block, Lattice};
+use super::lattice::{BLOCK, Lattice};
 use super::split::{SplitSettings, split_until_flat};
 use super::{EmSettings, Gaussian, Mixture, MixtureError};
 use nalgebra::{Matrix3, Point3};
@@ -166,7 +166,7 @@ pub fn sigmas_to_nearest(
     Instructions::best().run(Nearest {
         ready: &ready,
         bounds: &bounds,
-        blocks: &lattice.blocks,
+        lattice: &lattice,
         cap,
         nearest: &mut nearest,
     });
@@ -177,7 +177,7 @@ pub fn sigmas_to_nearest(
 struct Nearest<'a> {
     ready: &'a [Ready],
     bounds: &'a Bounds,
-    blocks: &'a [Block],
+    lattice: &'a Lattice,
     cap: f64,
     nearest: &'a mut [f64],
 }
@@ -192,7 +192,8 @@ impl Loops for Nearest<'_> {
         let cap = self.cap * self.cap * bits;
         let mut ceilings = Vec::new();
         let mut losses = [0.0; BLOCK];
-        for block in self.blocks {
+        let places = self.lattice.order.chunks(BLOCK);
+        for (block, places) in self.lattice.blocks.iter().zip(places) {
             self.bounds.ceilings::<FUSED>(block, &mut ceilings);
             let mut best = [f64::INFINITY; BLOCK];
             for (component, ceiling) in self.ready.iter().zip(&ceilings) {
@@ -204,7 +205,7 @@ impl Loops for Nearest<'_> {
                     *best = if *loss < *best { *loss } else { *best };
                 }
             }
-            for (&index, loss) in block.index[..block.len].iter().zip(best) {
+            for (&index, loss) in places.iter().zip(best) {
                 let sigmas = (loss / bits).sqrt();
                 self.nearest[index as usize] = if sigmas > self.cap {
                     f64::INFINITY
