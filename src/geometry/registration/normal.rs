@@ -59,6 +59,16 @@ impl NormalEquations {
         self.lever += w * p.coords.norm_squared();
     }
 
+    /// The sums of both.
+    pub(super) fn joined(mut self, other: &Self) -> Self {
+        self.matrix += other.matrix;
+        self.vector += other.vector;
+        self.weight += other.weight;
+        self.square += other.square;
+        self.lever += other.lever;
+        self
+    }
+
     fn full(&self) -> Matrix8 {
         let mut full = self.matrix;
         full.fill_upper_triangle_with_lower_triangle();
