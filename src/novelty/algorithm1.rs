@@ -110,7 +110,12 @@ fn visible(pair: &Pair<'_>, side: usize, evidence: &[Evidence]) -> (Vec<Point3<f
         .iter()
         .zip(seen)
         .filter(|(_, n)| *n > 0.0)
-        .map(|(p, n)| (reference_from_own.carry(&p.mean), n * p.area_m2 / p.count as f64))
+        .map(|(p, n)| {
+            (
+                reference_from_own.carry(&p.mean),
+                n * p.area_m2 / p.count as f64,
+            )
+        })
         .unzip()
 }
 

@@ -421,13 +421,24 @@ mod tests {
         };
         let (a, mut b) = (sample(), sample());
         let settings = QuantifySettings::default();
-        let [then, now] =
-            explained_by_sampling([a.clone(), b.clone()], &[0.0; 100], &[1.0; 100], [n, n], &settings);
+        let [then, now] = explained_by_sampling(
+            [a.clone(), b.clone()],
+            &[0.0; 100],
+            &[1.0; 100],
+            [n, n],
+            &settings,
+        );
         assert!(then.iter().zip(&now).all(|(t, n)| (t - n).abs() < 1e-15));
         b[7] *= 2.0;
         let sum: f64 = b.iter().sum();
         b.iter_mut().for_each(|w| *w /= sum);
-        let [then, now] = explained_by_sampling([a.clone(), b.clone()], &[0.0; 100], &[1.0; 100], [n, n], &settings);
+        let [then, now] = explained_by_sampling(
+            [a.clone(), b.clone()],
+            &[0.0; 100],
+            &[1.0; 100],
+            [n, n],
+            &settings,
+        );
         assert!(now[7] > 1.8 * then[7]);
         assert!((now.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         // Nothing deviates: whatever it is, it is no change of the scene.

@@ -241,8 +241,7 @@ impl Judge<'_> {
         let rays = &self.other.rays;
         let margin_rad = self.settings.field_margin_spacings * rays.spacing_rad
             + self.settings.eye_wanders_m / range_m;
-        range_m <= self.free_m()
-            && self.field.as_ref().is_some_and(|f| f.holds(d, margin_rad))
+        range_m <= self.free_m() && self.field.as_ref().is_some_and(|f| f.holds(d, margin_rad))
     }
 
     /// Where a ray ends: at its return, or, without one, as far as the sensor surely sees.
