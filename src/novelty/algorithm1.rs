@@ -1,8 +1,9 @@
 //! Algorithm 1 of the paper: take Gaussians out of the revisit's mixture, the most changed first,
 //! until it is as near to the reference as U_th; then with swapped roles for what disappeared.
 
+use super::common_surface::one_step;
 use super::detect::Pair;
-use super::quantify::{one_step, split_settings};
+use super::quantify::split_settings;
 use super::{Evidence, Model, NoveltyError, Settings, Sight, Thing};
 use crate::distance::{CostMatrix, Ground, cost_matrix, emd, emd_of_costs};
 use crate::mixture::{Gaussian, Mixture, RefitSettings, Unexplained, refit};
