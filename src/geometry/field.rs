@@ -61,6 +61,14 @@ impl Field {
         joined
     }
 
+    /// Whether `d` lies between the bounds of elevation, and of tilt where that is well known: the blind cone above or
+    /// below a spinning sensor has rays all around it and yet does not.
+    pub fn spans(&self, d: &Vector3<f64>) -> bool {
+        let between = |bounds: &[f64; 2], at: f64| at >= bounds[0] && at <= bounds[1];
+        between(&self.elevation, elevation(d))
+            && (d.x.abs() < AHEAD || between(&self.tilt, tilt(d)))
+    }
+
     /// Whether `d` surely lies inside, by `margin_rad` at least.
     pub fn holds(&self, d: &Vector3<f64>, margin_rad: f64) -> bool {
         let inside = |bounds: &[f64; 2], at: f64, margin: f64| {
@@ -166,6 +174,8 @@ mod tests {
             assert!(field.holds(&direction(azimuth, 11.0), 0.02));
             assert!(!field.holds(&direction(azimuth, 16.0), 0.02));
         }
+        assert!(field.spans(&direction(90.0, 13.0)) && !field.spans(&direction(90.0, 16.0)));
+        assert!(!field.spans(&-Vector3::z()), "the blind cone");
         let quarter = Field::of(&rings[..45]);
         assert!(!quarter.holds(&direction(0.0, 0.0), 0.0));
         assert!(field.joined(&quarter).holds(&direction(0.0, 0.0), 0.0));

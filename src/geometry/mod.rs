@@ -11,6 +11,7 @@ mod principal;
 mod directions;
 mod rays;
 mod registration;
+mod scatter;
 mod surfaces;
 mod view;
 mod voxel;

@@ -1,7 +1,7 @@
 //! The spherical index of a view: along which directions did it look, and how far did it see?
 
 use super::directions::Directions;
-use super::{Field, View, thin};
+use super::{Field, View, scatter, thin};
 use nalgebra::{Point3, Vector3};
 
 /// Directions around a query are sorted into this many equal sectors.
@@ -14,6 +14,8 @@ const HULL_SPACINGS: f64 = 40.0;
 const COARSE_SPACINGS: f64 = 4.0;
 /// Cells of the index are this many row spacings wide: a look reads few cells, and few rays in vain.
 const INDEX_SPACINGS: f64 = 0.8;
+/// Neighbours that tell the noise of ranges lie within this many row spacings: lines above and below are among them.
+const SCATTER_SPACINGS: f64 = 2.2;
 /// Rays further apart than this are no neighbours, radians.
 const WIDEST_GAP_RAD: f64 = 0.5;
 /// Rays whose surroundings tell the spacing; more change nothing.
@@ -60,6 +62,8 @@ pub struct Fan {
     pub spacing_rad: f64,
     /// Median of the ranges that are any, metres.
     pub middle_range_m: f64,
+    /// Standard deviation of ranges as a share of the range, roughly: neighbouring rays tell it.
+    pub scatter: f64,
     reach_m: f64,
     free_range_m: f64,
 }
@@ -84,9 +88,19 @@ impl Fan {
             directions.push(d.into_inner());
             ranges_m.push(f64::INFINITY);
         }
+        // Without knowing better: as if the rays were spread over a third of the sphere.
+        let even = (4.0 / (directions.len() as f64).max(1.0)).sqrt();
+        let index = Directions::new(&directions, even);
+        let spacing_rad = spacing(&index, &directions, even);
         Self {
             origin: view.origin,
-            spacing_rad: spacing(&directions),
+            scatter: scatter::relative(
+                &index,
+                &directions,
+                &ranges_m,
+                SCATTER_SPACINGS * spacing_rad,
+            ),
+            spacing_rad,
             middle_range_m: quantile(&mut sorted, 0.5),
             reach_m: quantile(&mut sorted, 0.99),
             free_range_m: view.free_range_m,
@@ -254,16 +268,13 @@ fn quantile(values: &mut [f64], at: f64) -> f64 {
 }
 
 /// Median over a sample of rays of the second largest distance to the nearest ray of a sector.
-fn spacing(directions: &[Vector3<f64>]) -> f64 {
-    // Without knowing better: as if the rays were spread over a third of the sphere.
-    let even = (4.0 / (directions.len() as f64).max(1.0)).sqrt();
-    let index = Directions::new(directions, even);
+fn spacing(index: &Directions, directions: &[Vector3<f64>], even: f64) -> f64 {
     let step = (directions.len() / SPACING_SAMPLES).max(1);
     let mut widths: Vec<f64> = directions
         .iter()
         .step_by(step)
         .filter(|d| d.norm_squared() > 0.25)
-        .filter_map(|d| spacing_at(&index, d, even))
+        .filter_map(|d| spacing_at(index, d, even))
         .collect();
     widths.sort_unstable_by(f64::total_cmp);
     // Without any surroundings: one ray per square of a hundredth of the sphere.

@@ -356,7 +356,7 @@ mod tests {
     }
 
     fn surfaces(points: &[Point3<f64>]) -> Surfaces {
-        Surfaces::of(points, &Point3::origin(), 0.02, 0.08)
+        Surfaces::of(points, &Point3::origin(), 0.02, 0.0, 0.08)
     }
 
     proptest! {

@@ -13,6 +13,11 @@ const FLAT_RATIO: f64 = 0.25;
 const NARROW_RATIO: f64 = 0.2;
 /// Most surface of one ray, in squares of its distance to the next.
 const SHALLOW: f64 = 4.0;
+/// A neighbourhood spans this many row spacings to either side.
+const LINES_SPANNED: f64 = 1.6;
+/// A neighbourhood reaches this many standard deviations of a range: a disc of radius r has r / 2 along its axes, which
+/// a flat place exceeds by [`FLAT_RATIO`], with a quarter to spare.
+const WIDE_SIGMAS: f64 = 10.0;
 /// Fewest patches that are worth a task of their own.
 const FEWEST_PER_TASK: usize = 256;
 /// How much further to look where neighbours lie along one scan line.
@@ -67,9 +72,16 @@ pub struct Surfaces {
 
 impl Surfaces {
     /// Thins `points` to cells of `cell_m` and fits a plane around each. The neighbourhood of a
-    /// place at range r from `origin` reaches `max(3 cells, 1.6 spacing_rad r)`, so that it spans
-    /// neighbouring scan lines, but no further than 1 m.
-    pub fn of(points: &[Point3<f64>], origin: &Point3<f64>, spacing_rad: f64, cell_m: f64) -> Self {
+    /// place at range r from `origin` reaches `max(3 cells, 1.6 spacing_rad r, 10 scatter r)`, so that it spans
+    /// neighbouring scan lines and is wide against the noise, but no further than 1 m. `scatter` is the standard
+    /// deviation of ranges as a share of the range.
+    pub fn of(
+        points: &[Point3<f64>],
+        origin: &Point3<f64>,
+        spacing_rad: f64,
+        scatter: f64,
+        cell_m: f64,
+    ) -> Self {
         let thinned = thin(points, cell_m);
         let grid = Grid::new(&thinned.points, 2.0 * cell_m);
         let cells = Cells {
@@ -83,7 +95,8 @@ impl Surfaces {
             .map(|at| {
                 let mean = &thinned.points[at];
                 let range_m = (mean - origin).norm();
-                let radius_m = (1.6 * spacing_rad * range_m)
+                let radius_m = (LINES_SPANNED * spacing_rad * range_m)
+                    .max(WIDE_SIGMAS * scatter * range_m)
                     .max(3.0 * cell_m)
                     .min(1.0_f64.max(3.0 * cell_m));
                 // A lone point stands for its own gap between rays, met at a shallow angle.
@@ -207,7 +220,7 @@ mod tests {
                 )
             })
             .collect();
-        let surfaces = Surfaces::of(&wall, &Point3::origin(), 0.01, 0.05);
+        let surfaces = Surfaces::of(&wall, &Point3::origin(), 0.01, 0.0, 0.05);
         assert!(surfaces.patches.iter().all(|p| p.flat));
         for p in &surfaces.patches {
             assert!((p.normal + Vector3::x()).norm() < 1e-9);

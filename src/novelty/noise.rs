@@ -159,7 +159,7 @@ mod tests {
                 points.push(Point3::from(d * r));
             }
         }
-        let surfaces = Surfaces::of(&points, &Point3::origin(), 0.01, 0.06);
+        let surfaces = Surfaces::of(&points, &Point3::origin(), 0.01, 0.0, 0.06);
         let law = estimate(&points, &Point3::origin(), &surfaces).expect("walls are flat");
         assert!((law.sigma_m(1.6) - 0.0082).abs() < 0.0016, "{law:?}");
         assert!((law.sigma_m(6.5) - 0.018).abs() < 0.003, "{law:?}");

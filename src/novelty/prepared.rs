@@ -48,12 +48,15 @@ impl Prepared {
             return Err(NoveltyError::NotFinite { which, at });
         }
         let fan = Fan::of(view);
-        let (spacing_rad, middle_range_m) = (fan.spacing_rad, fan.middle_range_m);
-        let cell_m =
-            (0.5 * spacing_rad * middle_range_m).clamp(settings.least_cell_m, settings.most_cell_m);
+        let (spacing_rad, scatter) = (fan.spacing_rad, fan.scatter);
+        let middle_range_m = fan.middle_range_m;
+        // Neither finer than rows nor cut across by the noise of a wall.
+        let cell_m = (0.5 * spacing_rad * middle_range_m)
+            .max(settings.cell_sigmas * scatter * middle_range_m)
+            .clamp(settings.least_cell_m, settings.most_cell_m);
         let (rays, surfaces) = rayon::join(
             || Rays::of(fan),
-            || Surfaces::of(&view.points, &view.origin, spacing_rad, cell_m),
+            || Surfaces::of(&view.points, &view.origin, spacing_rad, scatter, cell_m),
         );
         let floor = settings.least_noise;
         let found = view

@@ -133,6 +133,8 @@ pub struct EvidenceSettings {
     pub least_cell_m: f64,
     /// Largest edge of the thinning cells, metres: still smaller than the things looked for.
     pub most_cell_m: f64,
+    /// Thinning cells are this many standard deviations of a middle range wide, at least.
+    pub cell_sigmas: f64,
     /// Surfaces this many sigmas apart count as the same in the end of the registration.
     pub gate_sigmas: f64,
     /// The same at least, metres: surfaces bend by that much within a cell.
@@ -166,6 +168,7 @@ impl Default for EvidenceSettings {
         Self {
             least_cell_m: 0.05,
             most_cell_m: 0.2,
+            cell_sigmas: 2.0,
             gate_sigmas: 3.0,
             least_gate_m: 0.02,
             least_noise: NoiseLaw {

@@ -221,8 +221,8 @@ impl Judge<'_> {
         own: &Point3<f64>,
     ) -> Evidence {
         let rays = &self.other.rays;
-        let looked =
-            (range_m <= self.free_m() && rays.surrounds(d)) || self.looked_into(d, range_m);
+        let looked = (range_m <= self.free_m() && rays.field.spans(d) && rays.surrounds(d))
+            || self.looked_into(d, range_m);
         if !looked {
             return Evidence::none(Sight::Unseen);
         }
