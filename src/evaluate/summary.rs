@@ -1,6 +1,7 @@
 //! Rows of rates from outcomes.
 
 use super::changes::Change;
+use super::constants::LEAST_POINTS;
 use super::judge::{Engine, Given};
 use super::places::Kind;
 use super::plan::{PoseError, Set};
@@ -82,6 +83,16 @@ fn of_way(own: &[&Outcome]) -> Vec<Row> {
                     o.planned.change == change
                 });
             }
+        }
+        if group == "large" {
+            // What shows before nothing alone, too far off for that to prove anything, may honestly be missed.
+            let least = LEAST_POINTS;
+            add(group, format!("seen by {least} points and more"), &|o| {
+                o.seen_points >= least
+            });
+            add(group, format!("seen by fewer than {least}"), &|o| {
+                o.seen_points < least
+            });
         }
         for pose in PoseError::ALL {
             add(group, format!("pose {}", pose.word()), &|o| {
