@@ -42,9 +42,13 @@ fn verdict(criterion: &mut Criterion) {
             let reference = swept("corridor.toml", lines, 1, 0.0);
             let current = swept("corridor-person.toml", lines, 2, 0.03);
             let beams = (lines * 683) as u64;
-            let stored = pool.install(|| prepare(&reference, &settings, 7)).expect("ready");
+            let stored = pool
+                .install(|| prepare(&reference, &settings, 7))
+                .expect("ready");
             let mut group = criterion.benchmark_group(format!("threads_{threads}"));
-            group.sample_size(20).throughput(Throughput::Elements(beams));
+            group
+                .sample_size(20)
+                .throughput(Throughput::Elements(beams));
             group.bench_function(BenchmarkId::new("reference", beams), |b| {
                 b.iter(|| pool.install(|| prepare(&reference, &settings, 7)));
             });

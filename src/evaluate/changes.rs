@@ -1,6 +1,7 @@
 //! What differs between the two visits.
 
 use super::builder::{ball, cuboid, cylinder};
+use super::constants::{FURTHEST_M, GAP_M, LEAST_MOVE, LEAST_SWING_DEG};
 use super::draw::Draw;
 use super::place::{Block, Place, Support, thing_of};
 use crate::world::{Body, Object, PersonTable};
@@ -86,8 +87,6 @@ pub struct Changed {
 
 /// A name that nothing of a place has.
 const NEW: &str = "new";
-/// Air around what is put somewhere, metres.
-const GAP_M: f64 = 0.05;
 
 /// Makes one change of this class in `place`; `None` where chance found no room for it.
 pub fn make(change: Change, place: &Place, draw: &mut Draw) -> Option<Changed> {
@@ -170,7 +169,6 @@ fn spot(
     floor: bool,
 ) -> Option<Point3<f64>> {
     const TRIES: usize = 60;
-    const FURTHEST_M: f64 = 4.5;
     let blocks = place.blocks();
     let supports: Vec<&Support> = place.supports.iter().filter(|s| s.floor == floor).collect();
     for _ in 0..TRIES {
@@ -215,7 +213,7 @@ fn moved(place: &Place, draw: &mut Draw) -> Option<Changed> {
         at.y - (was.low[1] + was.high[1]) / 2.0,
         at.z - was.low[2],
     ];
-    if f64::hypot(shift[0], shift[1]) < 1.05 * f64::hypot(size[0], size[1]) {
+    if f64::hypot(shift[0], shift[1]) < LEAST_MOVE * f64::hypot(size[0], size[1]) {
         return None;
     }
     let mut after = place.clone();
@@ -235,7 +233,6 @@ fn moved(place: &Place, draw: &mut Draw) -> Option<Changed> {
 
 /// A door at another angle; it passes through nothing.
 fn door(place: &Place, draw: &mut Draw) -> Option<Changed> {
-    const LEAST_DEG: f64 = 20.0;
     let name = draw.pick(&place.doors)?.clone();
     let mut after = place.clone();
     let object = after.objects.iter_mut().find(|o| o.name == name)?;
@@ -248,10 +245,10 @@ fn door(place: &Place, draw: &mut Draw) -> Option<Changed> {
     leaf.angle_deg = if was != 0.0 && draw.chance(0.5) {
         0.0
     } else {
-        inward * draw.within(LEAST_DEG, 105.0)
+        inward * draw.within(LEAST_SWING_DEG, 105.0)
     };
     let now = leaf.angle_deg;
-    if (now - was).abs() < LEAST_DEG {
+    if (now - was).abs() < LEAST_SWING_DEG {
         return None;
     }
     let leaf = Object {

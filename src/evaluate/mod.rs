@@ -6,6 +6,7 @@
 
 mod builder;
 mod changes;
+mod constants;
 mod doorway;
 mod draw;
 mod dump;

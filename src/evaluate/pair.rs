@@ -1,6 +1,7 @@
 //! One simulated pair with its truth.
 
 use super::changes::{Change, Changed, make};
+use super::constants::{ATTEMPTS, LEAST_IN_VIEW, LEAST_POINTS, UNEVEN};
 use super::draw::Draw;
 use super::plan::{Planned, PoseError};
 use super::sensor::{Setting, Sweep};
@@ -8,15 +9,6 @@ use super::truth::{Label, Visit, labels, share_in_view, visible_points};
 use crate::geometry::{Pose, RollPitchYaw};
 use crate::world::{Body, World};
 use nalgebra::Point3;
-
-/// Scenes drawn before a pair is given up.
-const ATTEMPTS: usize = 400;
-/// Fewest points of a standard sweep by which a large change must show.
-const LEAST_POINTS: usize = 60;
-/// Least share of a ball's outline in view.
-const LEAST_IN_VIEW: f64 = 0.95;
-/// Most roll and pitch between visits, degrees, and height, metres, where the floor is uneven.
-const UNEVEN: (f64, f64) = (0.3, 0.005);
 
 /// Why there is no pair.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -1,15 +1,11 @@
 //! What is true of the points of a pair: which lie on things that changed, and whether the other visit looked there.
 
+use super::constants::{SAME_M, THROUGH_M};
 use super::place::thing_of;
 use super::sensor::{BEAMS_PER_PROBE, Met, Setting, cast, meet};
 use crate::geometry::Pose;
 use crate::world::{Ray, World};
 use nalgebra::{Point3, Unit, Vector3};
-
-/// Surfaces nearer together than this, as seen from the other visit, are one place that did not change, metres.
-const SAME_M: f64 = 0.05;
-/// The other visit looked through a place if what it met lies this far behind, metres.
-const THROUGH_M: f64 = 0.10;
 
 /// The truth about one point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

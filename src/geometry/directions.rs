@@ -32,7 +32,11 @@ impl Directions {
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), u| {
                 (low.min(u.z), high.max(u.z))
             });
-        let (low_z, high_z) = if low_z <= high_z { (low_z, high_z) } else { (0.0, 0.0) };
+        let (low_z, high_z) = if low_z <= high_z {
+            (low_z, high_z)
+        } else {
+            (0.0, 0.0)
+        };
         let most = (MOST_CELLS_PER_DIRECTION * units.len() as f64).max(FEWEST_CELLS);
         let span = high_z - low_z;
         // A square cell c has (span / c + 1)(4 / c) of its kind.

@@ -79,9 +79,8 @@ impl Field {
 
 /// Whether bins are known on both sides, `margin` away at least but near enough for what lies between to be a hole.
 fn surrounded(known: &[bool; BINS], at: usize, margin: usize) -> bool {
-    let on_side = |step: usize| {
-        (margin..=margin + HOLE_BINS).any(|k| known[(at + k * step) % BINS])
-    };
+    let on_side =
+        |step: usize| (margin..=margin + HOLE_BINS).any(|k| known[(at + k * step) % BINS]);
     on_side(1) && on_side(BINS - 1)
 }
 
@@ -143,16 +142,24 @@ mod tests {
         seen.extend(line(25.0, 20));
         let field = Field::of(&seen);
         assert!(field.holds(&direction(60.0, 5.0), 0.01));
-        assert!(!field.holds(&direction(60.0, 15.0), 0.01), "lines converge towards the side");
+        assert!(
+            !field.holds(&direction(60.0, 15.0), 0.01),
+            "lines converge towards the side"
+        );
         assert!(!field.holds(&direction(85.0, 0.0), 0.01), "and meet there");
         assert!(!field.holds(&direction(0.0, 26.0), 0.01));
-        assert!(!field.holds(&direction(140.0, 0.0), 0.01), "beyond the last step");
+        assert!(
+            !field.holds(&direction(140.0, 0.0), 0.01),
+            "beyond the last step"
+        );
     }
 
     #[test]
     fn rings_look_all_round() {
         let rings: Vec<_> = (-7..=7)
-            .flat_map(|ring| (0..180).map(move |s| direction(2.0 * f64::from(s), 2.0 * f64::from(ring))))
+            .flat_map(|ring| {
+                (0..180).map(move |s| direction(2.0 * f64::from(s), 2.0 * f64::from(ring)))
+            })
             .collect();
         let field = Field::of(&rings);
         for azimuth in [0.0, 50.0, 179.0, -131.0] {

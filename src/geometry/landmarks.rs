@@ -22,7 +22,12 @@ pub struct Landmarks {
 impl Landmarks {
     /// The flat patches of `surfaces`.
     pub fn of(surfaces: &Surfaces) -> Self {
-        let flat: Vec<Patch> = surfaces.patches.iter().filter(|p| p.flat).copied().collect();
+        let flat: Vec<Patch> = surfaces
+            .patches
+            .iter()
+            .filter(|p| p.flat)
+            .copied()
+            .collect();
         let means: Vec<Point3<f64>> = flat.iter().map(|p| p.mean).collect();
         let [fine, coarse] = TABLE_CELLS.map(|cells| Table::new(&means, cells * surfaces.cell_m));
         Self {

@@ -27,7 +27,8 @@ impl Principal {
                 least_axis: Vector3::z(),
             };
         }
-        let determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+        let determinant =
+            xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
         let angle = (0.5 * determinant / (p * p * p)).clamp(-1.0, 1.0).acos() / 3.0;
         let (sin, cos) = angle.sin_cos();
         let largest = 2.0 * p * cos;

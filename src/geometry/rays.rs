@@ -169,15 +169,12 @@ impl Rays {
     pub fn surrounds(&self, d: &Vector3<f64>) -> bool {
         let (across, up) = basis(d);
         let mut sectors = [false; 2 * SECTORS];
-        self.coarse.for_each_within(
-            d,
-            (HULL_SPACINGS * self.spacing_rad).min(1.0),
-            |_, off| {
+        self.coarse
+            .for_each_within(d, (HULL_SPACINGS * self.spacing_rad).min(1.0), |_, off| {
                 let turn = off.dot(&up).atan2(off.dot(&across)) / std::f64::consts::TAU + 0.5;
                 let at = (turn * sectors.len() as f64) as usize;
                 sectors[at.min(2 * SECTORS - 1)] = true;
-            },
-        );
+            });
         // No three neighbouring sectors empty.
         let n = sectors.len();
         (0..n).all(|i| (0..3).any(|k| sectors[(i + k) % n]))

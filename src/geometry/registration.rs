@@ -157,7 +157,13 @@ pub fn register(
         let found: Vec<(Pose, f64)> = starts
             .par_iter()
             .map(|(from, first_gate_m)| {
-                let pose = scene.anneal(&few, *from, current_origin, [*first_gate_m, gate_m], settings);
+                let pose = scene.anneal(
+                    &few,
+                    *from,
+                    current_origin,
+                    [*first_gate_m, gate_m],
+                    settings,
+                );
                 (pose, scene.agreement(&few, &plain(pose), gate_m, rough))
             })
             .collect();

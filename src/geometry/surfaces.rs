@@ -172,8 +172,8 @@ impl Neighbourhood {
         });
         let shift = Vector3::from(sum) / n;
         let [xx, xy, xz, yy, yz, zz] = square;
-        let covariance = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) / n
-            - shift * shift.transpose();
+        let covariance =
+            Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) / n - shift * shift.transpose();
         let principal = Principal::of(&covariance);
         Self {
             n,

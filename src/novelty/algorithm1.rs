@@ -1,8 +1,9 @@
 //! Algorithm 1 of the paper: take Gaussians out of the revisit's mixture, the most changed first,
 //! until it is as near to the reference as U_th; then with swapped roles for what disappeared.
 
+use super::common_surface::one_step;
 use super::detect::Pair;
-use super::quantify::{one_step, split_settings};
+use super::quantify::split_settings;
 use super::{Evidence, Model, NoveltyError, Settings, Sight, Thing};
 use crate::distance::{CostMatrix, Ground, cost_matrix, emd, emd_of_costs};
 use crate::mixture::{Gaussian, Mixture, RefitSettings, Unexplained, refit};
@@ -110,7 +111,12 @@ fn visible(pair: &Pair<'_>, side: usize, evidence: &[Evidence]) -> (Vec<Point3<f
         .iter()
         .zip(seen)
         .filter(|(_, n)| *n > 0.0)
-        .map(|(p, n)| (reference_from_own.carry(&p.mean), n * p.area_m2 / p.count as f64))
+        .map(|(p, n)| {
+            (
+                reference_from_own.carry(&p.mean),
+                n * p.area_m2 / p.count as f64,
+            )
+        })
         .unzip()
 }
 

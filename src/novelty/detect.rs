@@ -4,8 +4,8 @@ use super::algorithm1;
 use super::quantify::{Balance, Side, quantify, split_settings};
 use super::verdict::{Findings, verdict};
 use super::{
-    Evidence, EvidenceSettings, Judge, Kind, Model, Novelty, NoveltyError, Prepared, Segmentation, Settings, Sight,
-    Thing, Verdict, moved, noise, segment,
+    Evidence, EvidenceSettings, Judge, Kind, Model, Novelty, NoveltyError, Prepared, Segmentation,
+    Settings, Sight, Thing, Verdict, moved, noise, segment,
 };
 use crate::geometry::{Field, Landmarks, NoiseLaw, Passage, Pose, Registration, View, register};
 use crate::mixture::{Components, FitSettings, Gaussian, Mixture, fit, split_until_flat};

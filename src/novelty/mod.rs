@@ -1,6 +1,7 @@
 //! Takes two views and their mixtures, gives what changed (paper section III.C, Algorithm 1).
 
 mod algorithm1;
+mod common_surface;
 mod detect;
 mod errors;
 mod ledger;
@@ -9,6 +10,7 @@ mod moved;
 mod noise;
 mod prepared;
 mod quantify;
+mod sampling;
 mod segment;
 mod settings;
 mod verdict;

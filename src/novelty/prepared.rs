@@ -49,8 +49,8 @@ impl Prepared {
         }
         let fan = Fan::of(view);
         let (spacing_rad, middle_range_m) = (fan.spacing_rad, fan.middle_range_m);
-        let cell_m = (0.5 * spacing_rad * middle_range_m)
-            .clamp(settings.least_cell_m, settings.most_cell_m);
+        let cell_m =
+            (0.5 * spacing_rad * middle_range_m).clamp(settings.least_cell_m, settings.most_cell_m);
         let (rays, surfaces) = rayon::join(
             || Rays::of(fan),
             || Surfaces::of(&view.points, &view.origin, spacing_rad, cell_m),

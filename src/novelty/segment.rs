@@ -48,8 +48,7 @@ pub fn segment(
 
 fn passes(thing: &Thing, spacing_rad: f64, settings: &SegmentSettings) -> bool {
     let rows = thing.width_rad[0] * thing.crowding / spacing_rad;
-    let compact =
-        rows >= settings.compact_width_spacings && thing.fill >= settings.compact_fill;
+    let compact = rows >= settings.compact_width_spacings && thing.fill >= settings.compact_fill;
     let least_support = if compact {
         settings.compact_support
     } else if rows >= settings.least_width_spacings {

@@ -5,7 +5,7 @@
 //! is either the same surface or out of the other's sight: no change.
 
 use super::{EvidenceSettings, Prepared, noise::Between};
-use crate::geometry::{Field, NoiseLaw, Passage, Patch, Registration};
+use crate::geometry::{Field, Passage, Patch, Registration};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -221,8 +221,9 @@ impl Judge<'_> {
         own: &Point3<f64>,
     ) -> Evidence {
         let rays = &self.other.rays;
-        let near = range_m <= self.free_m();
-        if !(near && rays.surrounds(d)) && !self.looked_into(d, range_m) {
+        let looked =
+            (range_m <= self.free_m() && rays.surrounds(d)) || self.looked_into(d, range_m);
+        if !looked {
             return Evidence::none(Sight::Unseen);
         }
         let z = self
@@ -241,8 +242,7 @@ impl Judge<'_> {
         let rays = &self.other.rays;
         let margin_rad = self.settings.field_margin_spacings * rays.spacing_rad
             + self.settings.eye_wanders_m / range_m;
-        range_m <= self.free_m()
-            && self.field.as_ref().is_some_and(|f| f.holds(d, margin_rad))
+        range_m <= self.free_m() && self.field.as_ref().is_some_and(|f| f.holds(d, margin_rad))
     }
 
     /// Where a ray ends: at its return, or, without one, as far as the sensor surely sees.

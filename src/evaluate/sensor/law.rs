@@ -2,6 +2,7 @@
 
 use super::cast::Met;
 use super::rings;
+use crate::evaluate::constants::BOUND;
 use crate::evaluate::draw::Draw;
 use crate::world::{NoiseOptions, TrueBeam};
 use std::time::Duration;
@@ -19,7 +20,7 @@ pub enum Reading {
 
 /// The makers' bound of a range's error, metres: 10 mm below 1 m, 1 % above.
 fn bound_m(range_m: f64) -> f64 {
-    0.01 * range_m.max(1.0)
+    BOUND * range_m.max(1.0)
 }
 
 /// A way to err.
@@ -115,4 +116,66 @@ fn each(met: &[Option<Met>], mut error_m: impl FnMut(&Met) -> f64) -> Vec<Readin
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Law, Met, Reading};
+    use crate::world::NoiseOptions;
+    use nalgebra::Point3;
+
+    const WALL_M: f64 = 3.0;
+
+    fn wall(object: usize) -> Vec<Option<Met>> {
+        let met = Met {
+            range_m: WALL_M,
+            cos_incidence: 1.0,
+            reflectance: 0.5,
+            object,
+            at: Point3::origin(),
+        };
+        vec![Some(met); 4000]
+    }
+
+    /// Mean and standard deviation of the errors, metres, and the share of beams that give nothing back.
+    fn figures(readings: &[Reading]) -> (f64, f64, f64) {
+        let errors: Vec<f64> = readings
+            .iter()
+            .filter_map(|r| match r {
+                Reading::Hit(range_m) => Some(range_m - WALL_M),
+                _ => None,
+            })
+            .collect();
+        let n = errors.len() as f64;
+        let mean = errors.iter().sum::<f64>() / n;
+        let variance = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / n;
+        let nothing = readings.iter().filter(|r| **r == Reading::Nothing).count();
+        (
+            mean,
+            variance.sqrt(),
+            nothing as f64 / readings.len() as f64,
+        )
+    }
+
+    #[test]
+    fn each_law_errs_by_what_it_says() {
+        let of = |law: Law, seed| figures(&law.read(&wall(2), 5, seed));
+        let (mean, sigma, nothing) = of(Law::Bound, 1);
+        assert!(mean.abs() < 5e-4 && (sigma - 0.010).abs() < 5e-4 && nothing == 0.0);
+        let (mean, sigma, _) = of(Law::Plain { sigma_m: 0.003 }, 1);
+        assert!(mean.abs() < 3e-4 && (sigma - 0.003).abs() < 2e-4);
+        let (mean, sigma, _) = of(Law::Rings { scale: 1.002 }, 1);
+        assert!((mean - 0.006).abs() < 2e-3 && (sigma - 0.03).abs() < 2e-3);
+        let (_, _, nothing) = of(Law::Flickering(NoiseOptions::seeded(1), 0.1), 1);
+        assert!((nothing - 0.1).abs() < 0.02, "{nothing}");
+    }
+
+    #[test]
+    fn a_bias_is_a_surfaces_own_and_stays_between_sweeps() {
+        let law = Law::Biased { surfaces: 9 };
+        let mean = |object, seed| figures(&law.read(&wall(object), 5, seed)).0;
+        assert!((mean(1, 1) - mean(1, 2)).abs() < 5e-4);
+        assert!((0..20).all(|object| mean(object, 1).abs() < 0.031));
+        assert!((0..20).any(|object| (mean(object, 1) - mean(1, 1)).abs() > 0.01));
+    }
 }

@@ -1,12 +1,10 @@
 //! Which beams a sensor takes: line by line, each from where the sensor then is.
 
+use crate::evaluate::constants::URG_STEPS;
 use crate::geometry::Pose;
 use crate::world::{MountGeometry, azimuth_rad};
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
-
-/// First and last measuring step of the URG-04LX.
-const STEPS: (u32, u32) = (44, 725);
 
 /// The beams of one line.
 #[derive(Debug, Clone)]
@@ -48,7 +46,7 @@ impl Rows {
     pub fn pattern(&self) -> Pattern {
         let mount = MountGeometry::default();
         let step_rad = azimuth_rad(1) - azimuth_rad(0);
-        let directions: Vec<Unit<Vector3<f64>>> = (STEPS.0..=STEPS.1)
+        let directions: Vec<Unit<Vector3<f64>>> = (URG_STEPS.0..=URG_STEPS.1)
             .step_by(self.stride.max(1))
             .map(|step| {
                 let (sin, cos) = (azimuth_rad(step) + self.step_offset * step_rad).sin_cos();
@@ -90,7 +88,7 @@ pub fn looks_at(direction: &Vector3<f64>, tilts_deg: [f64; 2]) -> bool {
     // Beams behind the tilt axis go down when the head goes up.
     let ahead = d.z.atan2(d.x).to_degrees();
     let behind = (-d.z).atan2(-d.x).to_degrees();
-    let widest = azimuth_rad(STEPS.1).min(-azimuth_rad(STEPS.0));
+    let widest = azimuth_rad(URG_STEPS.1).min(-azimuth_rad(URG_STEPS.0));
     let within = |tilt: f64| tilt > tilts_deg[0] && tilt < tilts_deg[1];
     if d.x.abs() < 1e-9 && d.z.abs() < 1e-9 {
         return true;

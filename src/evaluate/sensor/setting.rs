@@ -4,16 +4,14 @@ use super::cast::{Met, cast};
 use super::law::{Law, Reading};
 use super::pattern::{Pattern, Rows, looks_at};
 use super::rings;
+use crate::evaluate::constants::{
+    COARSE_LINES, DRIFT_MM, FLICKER, FROM_DEG, LINES, MILD_SIGMA_M, TO_DEG, URG_REACH_M,
+};
 use crate::evaluate::draw::Draw;
 use crate::geometry::{NoiseLaw, Pose, View};
 use crate::sweep::{FREE_RANGE_M, URG_NOISE};
 use crate::world::{NoiseOptions, World};
 use nalgebra::{Point3, Vector3};
-
-/// Reach of the URG-04LX, metres.
-const URG_REACH_M: f64 = 5.6;
-/// Lines of a sweep 0.5 deg apart over 60 deg.
-const LINES: usize = 120;
 
 /// A sensor by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -141,8 +139,8 @@ impl Sensor {
         if self == Self::Rings {
             return rings::setting(draw);
         }
-        let from_deg = draw.within(-47.0, -35.0);
-        let to_deg = draw.within(25.0, 31.0);
+        let from_deg = draw.within(FROM_DEG.0, FROM_DEG.1);
+        let to_deg = draw.within(TO_DEG.0, TO_DEG.1);
         let rows = Rows {
             from_deg,
             to_deg,
@@ -154,7 +152,10 @@ impl Sensor {
         let seeds = [draw.seed(), draw.seed()];
         let surfaces = draw.seed();
         let sign = draw.sign();
-        let (share, coarse) = (draw.within(0.02, 0.2), draw.count(40, 60));
+        let (share, coarse) = (
+            draw.within(FLICKER.0, FLICKER.1),
+            draw.count(COARSE_LINES.0, COARSE_LINES.1),
+        );
         let offsets = (draw.within(-0.5, 0.5), draw.within(-0.5, 0.5));
         let again = match self {
             Self::Coarse => Rows {
@@ -183,9 +184,11 @@ impl Sensor {
                 Self::Urg20 => scaled(2.0),
                 Self::Bound => Law::Bound,
                 Self::Biased => Law::Biased { surfaces },
-                Self::Mild => Law::Plain { sigma_m: 0.003 },
+                Self::Mild => Law::Plain {
+                    sigma_m: MILD_SIGMA_M,
+                },
                 Self::Drift => Law::Recorded(NoiseOptions {
-                    bias_mm: 15.0 * sign * side as f64,
+                    bias_mm: DRIFT_MM * sign * side as f64,
                     ..plain
                 }),
                 Self::Flicker => Law::Flickering(plain, share),

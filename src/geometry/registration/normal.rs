@@ -30,7 +30,14 @@ impl NormalEquations {
 
     /// Adds a place `p` (reference frame) `e` metres above `patch`, met along the unit `ray` at `range_m`.
     #[inline]
-    pub(super) fn add(&mut self, p: &Point3<f64>, ray: &Vector3<f64>, range_m: f64, patch: &Patch, gate_m: f64) {
+    pub(super) fn add(
+        &mut self,
+        p: &Point3<f64>,
+        ray: &Vector3<f64>,
+        range_m: f64,
+        patch: &Patch,
+        gate_m: f64,
+    ) {
         let e = patch.height_m(p);
         // Tukey's biweight: what lies a gate away has no say.
         let w = (1.0 - (e / gate_m).powi(2)).powi(2);
@@ -86,7 +93,10 @@ impl NormalEquations {
         let scale = Vector6::new(1.0, 1.0, 1.0, 1.0 / l, 1.0 / l, 1.0 / l);
         let s = Matrix6::from_diagonal(&scale);
         let pose: Matrix6<f64> = self.full().fixed_view::<6, 6>(0, 0).into_owned();
-        (SymmetricEigen::new(s * pose * s / self.weight.max(1e-9)), scale)
+        (
+            SymmetricEigen::new(s * pose * s / self.weight.max(1e-9)),
+            scale,
+        )
     }
 
     /// The step that the sums ask for, along observable directions only, the pose's part no longer than the gate.
@@ -107,13 +117,21 @@ impl NormalEquations {
         let mut open = [false; 8];
         for (i, axis) in eigen.eigenvectors.column_iter().enumerate() {
             open[i] = eigen.eigenvalues[i] >= settings.least_resistance;
-            basis.fixed_view_mut::<6, 1>(0, i).copy_from(&scale.component_mul(&axis));
+            basis
+                .fixed_view_mut::<6, 1>(0, i)
+                .copy_from(&scale.component_mul(&axis));
         }
         let mut matrix_prior = Matrix8::zeros();
         let mut pull = self.vector / self.weight;
         if let Some(drift) = drift {
             let trust = self.noise_m2() / self.effective();
-            for (i, (at, sd)) in [(drift.at_zero_m, settings.drift_sd_m), (drift.per_m, settings.drift_sd_per_m)].into_iter().enumerate() {
+            for (i, (at, sd)) in [
+                (drift.at_zero_m, settings.drift_sd_m),
+                (drift.per_m, settings.drift_sd_per_m),
+            ]
+            .into_iter()
+            .enumerate()
+            {
                 open[6 + i] = true;
                 basis[(6 + i, 6 + i)] = 1.0;
                 matrix_prior[(6 + i, 6 + i)] = trust / (sd * sd);
@@ -200,4 +218,3 @@ impl NormalEquations {
         told
     }
 }
-
