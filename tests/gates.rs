@@ -72,6 +72,7 @@ fn open_gates() -> Settings {
         segment: SegmentSettings {
             least_support: 0.0,
             thin_support: 0.0,
+            compact_support: 0.0,
             least_points: 5,
             thin_width_spacings: 0.0,
             least_fill: 0.0,
@@ -115,7 +116,7 @@ fn supports(found: &Detection, views: [&Prepared; 2]) -> (f64, f64) {
         };
         let evidence = vec![nothing; own.view.points.len()];
         let thing = measure(own, &evidence, novelty.points.clone(), &gates);
-        if thing.width_rad[0] / own.rays.spacing_rad < gates.least_width_spacings {
+        if thing.width_rad[0] * thing.crowding / own.rays.spacing_rad < gates.least_width_spacings {
             thin = thin.max(novelty.support);
         } else {
             wide = wide.max(novelty.support);

@@ -220,7 +220,7 @@ pub const KEYS: &[Key] = &[
         Float(1e-9, METRES),
         "0.0005",
         "m",
-        "U_th of Eq. 7: an alarm is raised when d_GMM reaches it. Lower finds smaller things, higher is calmer. The knob; override it per waypoint in [waypoint.NAME].",
+        "U_th of Eq. 7: an alarm is raised when d_GMM reaches it. Lower finds smaller things, higher is calmer. The knob, explained in docs/novelty.md; override it per waypoint in [waypoint.NAME].",
     ),
     key(
         "novelty.ground",

@@ -6,10 +6,9 @@ use crate::geometry::{NoiseLaw, RegistrationSettings};
 /// What the engine is asked to do. The defaults are the standard engine's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Distance in metres from which a place counts as changed (U_th of Eq. 7). Quiet pairs lie at
-    /// zero but for weights that sampling does not explain (2 of 66 simulated ones, at 0.01 and 0.07 with 1 deg between
-    /// lines, told as not observed; `tests/gates.rs`); the smallest thing that passes the gates
-    /// of [`SegmentSettings`], some 1e-3 sr in a view of 5 sr, moves 2e-4 of the mass by metres.
+    /// Distance in metres from which a place counts as changed (U_th of Eq. 7). Quiet pairs lie at zero but for weights
+    /// that sampling does not explain (66 of 66 simulated ones at zero; `tests/gates.rs`); the smallest thing that passes
+    /// the gates of [`SegmentSettings`], some 1e-3 sr in a view of 5 sr, moves 2e-4 of the mass by metres.
     pub u_th_m: f64,
     /// The same for [`Ground::Fm`], which is no length.
     pub u_th_fm: f64,
@@ -220,8 +219,8 @@ pub struct SegmentSettings {
     pub least_width_spacings: f64,
     /// Least width of all: two rows, of which chance and mixed pixels along an edge are capable.
     pub thin_width_spacings: f64,
-    /// Least support of a thing that thin: four times that of a wide one. Quiet simulated sweeps reach 83 (98 % of 66
-    /// pairs: 59; `tests/gates.rs`) and would do with less; the value stands on a recorded quiet pair that a smaller one
+    /// Least support of a thing that thin: four times that of a wide one. Quiet simulated sweeps reach 72 (98 % of 66
+    /// pairs: 65; wider things 57; `tests/gates.rs`) and would do with less; the value stands on a recorded quiet pair that a smaller one
     /// did not leave quiet (`tests/novelty_recorded.rs`).
     pub thin_support: f64,
     /// Least share of the beams through a thing's outline that hit it.
