@@ -382,6 +382,45 @@ mod tests {
     }
 
     #[test]
+    fn ranges_that_drifted_are_told_apart_from_the_pose() {
+        let truth = RollPitchYaw {
+            roll_rad: 0.0,
+            pitch_rad: 0.0,
+            yaw_rad: 0.035,
+        }
+        .with_translation([0.04, -0.03, 0.0]);
+        let (reference, origin) = (room(), truth * Point3::origin());
+        for longer in [(0.015, 0.0), (0.0, 0.003)] {
+            let current: Vec<_> = reference
+                .iter()
+                .map(|p| {
+                    let v = truth * p - origin;
+                    origin + v * (1.0 + longer.0 / v.norm() + longer.1)
+                })
+                .collect();
+            let found = register(
+                &landmarks(&reference),
+                &surfaces(&current),
+                &origin,
+                &Pose::identity(),
+                0.03,
+                &RegistrationSettings::default(),
+            );
+            let off = found.current_from_reference * truth.inverse();
+            assert!(
+                off.translation.vector.norm() < 0.01 && off.rotation.angle() < 0.002,
+                "{off}"
+            );
+            let told_m = found.drift.at_zero_m + 2.5 * found.drift.per_m;
+            assert!(
+                (told_m + longer.0 + 2.5 * longer.1).abs() < 0.003,
+                "{:?}",
+                found.drift
+            );
+        }
+    }
+
+    #[test]
     fn an_endless_corridor_is_told() {
         let corridor: Vec<_> = room()
             .into_iter()
