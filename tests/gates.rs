@@ -76,6 +76,7 @@ fn open_gates() -> Settings {
             least_points: 5,
             thin_width_spacings: 0.0,
             least_fill: 0.0,
+            sparse_fill: 0.0,
             ..SegmentSettings::default()
         },
         verdict: VerdictSettings {

@@ -48,17 +48,20 @@ pub fn segment(
 
 fn passes(thing: &Thing, spacing_rad: f64, settings: &SegmentSettings) -> bool {
     let rows = thing.width_rad[0] * thing.crowding / spacing_rad;
-    let compact = rows >= settings.compact_width_spacings && thing.fill >= settings.compact_fill;
-    let least_support = if compact {
+    let wide = rows >= settings.compact_width_spacings;
+    if thing.fill < settings.least_fill {
+        return wide
+            && thing.fill >= settings.sparse_fill
+            && thing.support >= settings.sparse_support;
+    }
+    let least_support = if wide && thing.fill >= settings.compact_fill {
         settings.compact_support
     } else if rows >= settings.least_width_spacings {
         settings.least_support
     } else {
         settings.thin_support
     };
-    thing.support >= least_support
-        && rows >= settings.thin_width_spacings
-        && thing.fill >= settings.least_fill
+    thing.support >= least_support && rows >= settings.thin_width_spacings
 }
 
 /// Distance within which points of one thing lie, at the range of `p`.

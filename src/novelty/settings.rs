@@ -225,6 +225,11 @@ pub struct SegmentSettings {
     pub thin_support: f64,
     /// Least share of the beams through a thing's outline that hit it.
     pub least_fill: f64,
+    /// Support from which a thing as wide as a compact one may be less full: a plant, a chair, a rack. Less full things of
+    /// 300 quiet pairs of `patrold evaluate --seed 3` reach 243.
+    pub sparse_support: f64,
+    /// Least fill of such a thing.
+    pub sparse_fill: f64,
 }
 
 impl Default for SegmentSettings {
@@ -245,6 +250,8 @@ impl Default for SegmentSettings {
             thin_width_spacings: 0.7,
             thin_support: 1200.0,
             least_fill: 0.3,
+            sparse_support: 600.0,
+            sparse_fill: 0.1,
         }
     }
 }
