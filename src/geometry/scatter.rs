@@ -10,12 +10,13 @@ const SAMPLES: usize = 1500;
 const FEWEST: usize = 8;
 /// Most neighbours asked for one ray.
 const MOST: usize = 40;
-/// Turns a median absolute deviation into a standard deviation of a normal distribution.
-const MAD_TO_SIGMA: f64 = 1.4826;
+/// The share of sampled rays that are taken to have nothing but one plane around them, even in clutter, and what their
+/// largest deviation is in standard deviations: a quarter of a normal distribution lies within 0.3186 of its middle.
+const CALM: (f64, f64) = (0.25, 0.3186);
 
 /// Standard deviation of ranges as a share of the range. On a plane the inverse range is linear in the direction: each
-/// sampled ray is held against such a fit to its neighbours within `radius` (chord); corners and clutter fall to the
-/// median. 0 where no ray has neighbours.
+/// sampled ray is held against such a fit to its neighbours within `radius` (chord), and the calmest quarter of them
+/// tells: corners and clutter deviate by their shape. 0 where no ray has neighbours.
 pub fn relative(
     index: &Directions,
     directions: &[Vector3<f64>],
@@ -31,8 +32,8 @@ pub fn relative(
     if shares.is_empty() {
         return 0.0;
     }
-    let middle = shares.len() / 2;
-    MAD_TO_SIGMA * *shares.select_nth_unstable_by(middle, f64::total_cmp).1
+    let at = (CALM.0 * shares.len() as f64) as usize;
+    *shares.select_nth_unstable_by(at, f64::total_cmp).1 / CALM.1
 }
 
 /// Relative deviation of ray `i` from the plane through its neighbours, as if these had no noise of their own.

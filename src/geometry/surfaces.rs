@@ -15,9 +15,11 @@ const NARROW_RATIO: f64 = 0.2;
 const SHALLOW: f64 = 4.0;
 /// A neighbourhood spans this many row spacings to either side.
 const LINES_SPANNED: f64 = 1.6;
-/// A neighbourhood reaches this many standard deviations of a range: a disc of radius r has r / 2 along its axes, which
-/// a flat place exceeds by [`FLAT_RATIO`], with a quarter to spare.
+/// A neighbourhood that noise makes thick reaches this many standard deviations of a range: a disc of radius r has r / 2
+/// along its axes, which a flat place exceeds by [`FLAT_RATIO`], with a quarter to spare.
 const WIDE_SIGMAS: f64 = 10.0;
+/// What is thicker than this many standard deviations of a range is so by its shape.
+const THICK_SIGMAS: f64 = 2.0;
 /// Fewest patches that are worth a task of their own.
 const FEWEST_PER_TASK: usize = 256;
 /// How much further to look where neighbours lie along one scan line.
@@ -72,9 +74,9 @@ pub struct Surfaces {
 
 impl Surfaces {
     /// Thins `points` to cells of `cell_m` and fits a plane around each. The neighbourhood of a
-    /// place at range r from `origin` reaches `max(3 cells, 1.6 spacing_rad r, 10 scatter r)`, so that it spans
-    /// neighbouring scan lines and is wide against the noise, but no further than 1 m. `scatter` is the standard
-    /// deviation of ranges as a share of the range.
+    /// place at range r from `origin` reaches `max(3 cells, 1.6 spacing_rad r)`, so that it spans neighbouring scan lines,
+    /// and further where it is no thicker than noise and yet not wide against it, but never further than 1 m. `scatter` is
+    /// the standard deviation of ranges as a share of the range.
     pub fn of(
         points: &[Point3<f64>],
         origin: &Point3<f64>,
@@ -96,12 +98,11 @@ impl Surfaces {
                 let mean = &thinned.points[at];
                 let range_m = (mean - origin).norm();
                 let radius_m = (LINES_SPANNED * spacing_rad * range_m)
-                    .max(WIDE_SIGMAS * scatter * range_m)
                     .max(3.0 * cell_m)
                     .min(1.0_f64.max(3.0 * cell_m));
                 // A lone point stands for its own gap between rays, met at a shallow angle.
                 let most_m2 = (SHALLOW * (spacing_rad * range_m).powi(2)).max(cell_m.powi(2));
-                patch(&cells, at, origin, radius_m, most_m2)
+                patch(&cells, at, origin, [radius_m, scatter * range_m], most_m2)
             })
             .collect();
         Self {
@@ -114,13 +115,23 @@ impl Surfaces {
     }
 }
 
-/// The patch of cell `at`, seen from `origin`; one of its points stands for `most_m2` at most.
-fn patch(cells: &Cells<'_>, at: usize, origin: &Point3<f64>, radius_m: f64, most_m2: f64) -> Patch {
+/// The patch of cell `at`, seen from `origin`, from its surroundings within `radius_m`, ranges erring by `sigma_m`; one of
+/// its points stands for `most_m2` at most.
+fn patch(
+    cells: &Cells<'_>,
+    at: usize,
+    origin: &Point3<f64>,
+    [radius_m, sigma_m]: [f64; 2],
+    most_m2: f64,
+) -> Patch {
     let (mean, count) = (&cells.means[at], cells.counts[at] as usize);
     let near = Neighbourhood::of(cells, mean, radius_m);
-    // Scan lines lie further apart on a surface met at a shallow angle.
+    let noisy_m = (WIDE_SIGMAS * sigma_m).min(1.0);
     let around = if near.one_line() && radius_m < 1.0 {
+        // Scan lines lie further apart on a surface met at a shallow angle.
         Neighbourhood::of(cells, mean, (WIDER * radius_m).min(1.0))
+    } else if !near.flat() && noisy_m > radius_m && near.deviations[0] < THICK_SIGMAS * sigma_m {
+        Neighbourhood::of(cells, mean, noisy_m)
     } else {
         near
     };
@@ -139,9 +150,7 @@ fn patch(cells: &Cells<'_>, at: usize, origin: &Point3<f64>, radius_m: f64, most
         offset_m: normal.dot(&(mean + around.shift).coords),
         roughness_m: around.deviations[0],
         radius_m: around.radius_m,
-        flat: around.n >= FEWEST_NEIGHBOURS as f64
-            && around.deviations[0] < FLAT_RATIO * around.deviations[1]
-            && around.deviations[1] > NARROW_RATIO * around.deviations[2],
+        flat: around.flat(),
     }
 }
 
@@ -196,6 +205,13 @@ impl Neighbourhood {
             normal: principal.least_axis,
             deviations: principal.variances.map(f64::sqrt),
         }
+    }
+
+    /// Whether the cells fix a plane and lie on it.
+    fn flat(&self) -> bool {
+        self.n >= FEWEST_NEIGHBOURS as f64
+            && self.deviations[0] < FLAT_RATIO * self.deviations[1]
+            && self.deviations[1] > NARROW_RATIO * self.deviations[2]
     }
 
     /// Whether the cells lie along one line, and so fix no plane.

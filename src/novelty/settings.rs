@@ -167,7 +167,7 @@ impl Default for EvidenceSettings {
         Self {
             least_cell_m: 0.05,
             most_cell_m: 0.2,
-            cell_sigmas: 2.0,
+            cell_sigmas: 1.0,
             gate_sigmas: 3.0,
             least_gate_m: 0.02,
             least_noise: NoiseLaw {
