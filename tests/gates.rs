@@ -7,8 +7,8 @@
 
 use patrold::geometry::{NoiseLaw, Pose, View};
 use patrold::novelty::{
-    Detection, Evidence, Kind, Prepared, Reference, SegmentSettings, Settings, Sight, Verdict,
-    VerdictSettings, detect, measure,
+    Detection, Evidence, Kind, Prepared, Reference, SegmentSettings, Settings, Sight, Thing,
+    Verdict, VerdictSettings, detect, measure,
 };
 use patrold::world::{MountGeometry, NoiseOptions, Robot, Scene, Stand, SweepRows, sample_view};
 use std::path::Path;
@@ -76,7 +76,6 @@ fn open_gates() -> Settings {
             least_points: 5,
             thin_width_spacings: 0.0,
             least_fill: 0.0,
-            sparse_fill: 0.0,
             ..SegmentSettings::default()
         },
         verdict: VerdictSettings {
@@ -92,18 +91,35 @@ struct Figures {
     name: String,
     verdict: Verdict,
     reason: String,
-    /// Largest support of a thing less than three lines wide, and of a wider one.
-    thin: f64,
-    wide: f64,
+    /// Largest support of a thing before each gate, in the order of [`GATES`].
+    supports: [f64; 4],
     d: f64,
     share: f64,
     disagreement: f64,
 }
 
-/// Largest support of thin things and of wide ones.
-fn supports(found: &Detection, views: [&Prepared; 2]) -> (f64, f64) {
+/// The gates of support: which one a thing stands before depends on its width in rows and on its fill.
+const GATES: [&str; 4] = ["thin", "wide", "compact", "sparse"];
+
+/// The gate before which a thing stands, as an index into [`GATES`]; rows are those of the coarser view.
+fn gate(thing: &Thing, spacing_rad: f64) -> usize {
     let gates = SegmentSettings::default();
-    let (mut thin, mut wide) = (0.0_f64, 0.0_f64);
+    let rows = thing.width_rad[0] * thing.crowding / spacing_rad;
+    let wide = rows >= gates.compact_width_spacings;
+    if thing.fill < gates.least_fill {
+        3
+    } else if wide && thing.fill >= gates.compact_fill {
+        2
+    } else {
+        usize::from(rows >= gates.least_width_spacings)
+    }
+}
+
+/// Largest support before each gate.
+fn supports(found: &Detection, views: [&Prepared; 2]) -> [f64; 4] {
+    let gates = SegmentSettings::default();
+    let spacing_rad = views[0].rays.spacing_rad.max(views[1].rays.spacing_rad);
+    let mut most = [0.0_f64; 4];
     for novelty in &found.novelties {
         let own = match novelty.kind {
             Kind::Disappeared => views[0],
@@ -117,13 +133,10 @@ fn supports(found: &Detection, views: [&Prepared; 2]) -> (f64, f64) {
         };
         let evidence = vec![nothing; own.view.points.len()];
         let thing = measure(own, &evidence, novelty.points.clone(), &gates);
-        if thing.width_rad[0] * thing.crowding / own.rays.spacing_rad < gates.least_width_spacings {
-            thin = thin.max(novelty.support);
-        } else {
-            wide = wide.max(novelty.support);
-        }
+        let slot = &mut most[gate(&thing, spacing_rad)];
+        *slot = slot.max(novelty.support);
     }
-    (thin, wide)
+    most
 }
 
 fn quiet_pair(name: &str, lines: usize, index: usize, error: [f64; 3]) -> Figures {
@@ -141,23 +154,20 @@ fn quiet_pair(name: &str, lines: usize, index: usize, error: [f64; 3]) -> Figure
     let found = detect(&prepared, &current, &settings, 7, &mut |_| {}).expect("a detection");
     let open = detect(&prepared, &current, &open_gates(), 7, &mut |_| {}).expect("a detection");
     let now = Prepared::of(&current, "current", &settings.evidence).expect("a view");
-    let (thin, wide) = supports(&open, [&prepared.prepared, &now]);
     let figures = Figures {
         name: format!("{name} {lines} lines, noise {noise_scale}, {error:?}"),
         verdict: found.verdict,
-        thin,
-        wide,
+        supports: supports(&open, [&prepared.prepared, &now]),
         d: found.d_gmm,
         share: found.registration.share,
         disagreement: found.disagreement,
         reason: found.reason,
     };
     println!(
-        "{:48} {:?} thin {:5.0} wide {:5.0} d {:.6} share {:.2} disagreement {:.2}",
+        "{:48} {:?} {GATES:?} {:.0?} d {:.6} share {:.2} disagreement {:.2}",
         figures.name,
         figures.verdict,
-        figures.thin,
-        figures.wide,
+        figures.supports,
         figures.d,
         figures.share,
         figures.disagreement
@@ -192,8 +202,9 @@ fn run(every: usize) {
         }
     }
     println!("{} quiet pairs", all.len());
-    row("support, thin", &all, |f| f.thin);
-    row("support, wide", &all, |f| f.wide);
+    for (at, name) in GATES.into_iter().enumerate() {
+        row(&format!("support, {name}"), &all, |f| f.supports[at]);
+    }
     row("d_GMM", &all, |f| f.d);
     row("registration share", &all, |f| f.share);
     row("disagreement", &all, |f| f.disagreement);
@@ -201,14 +212,7 @@ fn run(every: usize) {
     for f in &loud {
         println!("not quiet: {}: {}", f.name, f.reason);
     }
-    // Weights that sampling does not explain may cost a quiet answer, honestly told; never a false alarm.
-    assert!(loud.iter().all(|f| f.verdict == Verdict::NotObserved));
-    assert!(
-        20 * loud.len() <= all.len(),
-        "{} of {}",
-        loud.len(),
-        all.len()
-    );
+    assert!(loud.is_empty(), "{} of {}", loud.len(), all.len());
 }
 
 #[test]

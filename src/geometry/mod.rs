@@ -1,6 +1,7 @@
 //! Takes coordinates, gives poses, views, neighbours and rigid registration. Metres, radians, REP-103 axes
 //! (x forward, y left, z up) everywhere.
 
+mod directions;
 mod field;
 mod landmarks;
 mod mount;
@@ -8,7 +9,6 @@ mod neighbours;
 mod passage;
 mod pose;
 mod principal;
-mod directions;
 mod rays;
 mod registration;
 mod scatter;

@@ -60,8 +60,8 @@ impl Default for RegistrationSettings {
             least_resistance: 0.004,
             prior_sd_m: 0.1,
             prior_sd_rad: 0.05,
-            // The makers' bounds of the ranges, 10 mm and 1 %, as twice and thrice the deviation: most of them is a bias
-            // of the one sensor that both visits share.
+            // The makers' bounds of the ranges are 10 mm and 1 %: the first as one deviation (a cold start may drift by
+            // 15 mm), the second as three, for most of it is a bias of the one sensor that both visits share.
             drift_sd_m: 0.01,
             drift_sd_per_m: 0.003,
         }

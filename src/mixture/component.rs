@@ -35,21 +35,10 @@ impl Ready {
 
     /// What the density loses from the mean to every lane, in bits.
     #[inline(always)]
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "side-by-side arrays in lockstep vectorise"
-    )]
     pub(super) fn losses<const FUSED: bool>(&self, block: &Block, out: &mut [f64; BLOCK]) {
-        let fma = multiply_add::<FUSED>;
-        let [w00, w10, w11, w20, w21, w22] = self.whiten;
-        let [mx, my, mz] = self.mean;
-        for i in 0..BLOCK {
-            let (dx, dy, dz) = (block.x[i] - mx, block.y[i] - my, block.z[i] - mz);
-            let a = w00 * dx;
-            let b = fma(w11, dy, w10 * dx);
-            let c = fma(w22, dz, fma(w21, dy, w20 * dx));
-            out[i] = fma(c, c, fma(b, b, a * a));
-        }
+        let from_zero = Self { peak: 0.0, ..*self };
+        from_zero.log_densities::<FUSED>(block, out);
+        out.iter_mut().for_each(|o| *o = -*o);
     }
 
     /// log2 of weight times density at every lane.

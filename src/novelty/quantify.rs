@@ -146,7 +146,7 @@ pub fn quantify(
 }
 
 /// The Gaussians of one novelty, in the reference's frame.
-pub fn novelty_mixture(side: &Side<'_>, points: &[usize]) -> Result<Mixture, NoveltyError> {
+fn novelty_mixture(side: &Side<'_>, points: &[usize]) -> Result<Mixture, NoveltyError> {
     let places: Vec<Point3<f64>> = points
         .iter()
         .map(|i| side.reference_from_own.carry(&side.own.view.points[*i]))

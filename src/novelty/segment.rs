@@ -21,8 +21,8 @@ pub struct Thing {
     pub empty: f64,
 }
 
-/// Connects the deviating points of `own` (one evidence per point, judged by rows `other_spacing_rad` apart) and lists the things that pass
-/// the gates, largest support first.
+/// Connects the deviating points of `own` (one evidence per point, judged by rows `other_spacing_rad` apart) and lists the
+/// things that pass the gates, largest support first.
 pub fn segment(
     own: &Prepared,
     evidence: &[Evidence],

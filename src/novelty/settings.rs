@@ -148,7 +148,7 @@ pub struct EvidenceSettings {
     /// where the simulated sensor begins to lose targets.
     pub grazing: f64,
     /// Share of the reach up to which a direction without return proves free space: beyond it surfaces come and go with
-    /// some centimetres of range. A judgement; `patrold evaluate` has no false alarm from it in 300 quiet pairs.
+    /// some centimetres of range. A judgement.
     pub hole_reach: f64,
     /// A direction so many row spacings inside the bounds of a bare cloud's field was looked at,
     pub field_margin_spacings: f64,
@@ -200,11 +200,11 @@ pub struct SegmentSettings {
     /// Both distances reach at least this many row spacings at the point's range.
     pub link_spacings: f64,
     /// Least support of a listed novelty: the sum over its points of min(z, 20), relative to
-    /// [`Self::support_density_per_sr`] (design section 5: 0 of 150 quiet sweeps reached it; things of 300 quiet pairs of
-    /// `patrold evaluate --seed 3` that are less than compact reach 127).
+    /// [`Self::support_density_per_sr`] (design section 5: 0 of 150 quiet sweeps reached it; of 66 simulated quiet pairs the
+    /// most is 57, `tests/gates.rs`).
     pub least_support: f64,
     /// The same for a compact thing: at least [`Self::compact_width_spacings`] rows wide and [`Self::compact_fill`] full.
-    /// Noise strings points along edges; such things of the same 300 pairs reach 103 twice among thousands.
+    /// Noise strings points along edges: the same 66 pairs have no such thing at all.
     pub compact_support: f64,
     /// Least width of a compact thing, in row spacings.
     pub compact_width_spacings: f64,
@@ -226,7 +226,7 @@ pub struct SegmentSettings {
     /// Least share of the beams through a thing's outline that hit it.
     pub least_fill: f64,
     /// Support from which a thing as wide as a compact one may be less full: a plant, a chair, a rack. Less full things of
-    /// 300 quiet pairs of `patrold evaluate --seed 3` reach 243.
+    /// the same 66 pairs reach 31.
     pub sparse_support: f64,
     /// Least fill of such a thing.
     pub sparse_fill: f64,

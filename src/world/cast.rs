@@ -65,6 +65,11 @@ impl World {
         &self.objects
     }
 
+    /// Share of light that the thing gives back; all of it where there is no such thing.
+    pub fn reflectance_of(&self, object: usize) -> f64 {
+        self.objects.get(object).map_or(1.0, |o| o.reflectance)
+    }
+
     /// The index of the thing called `name`.
     pub fn object_named(&self, name: &str) -> Option<usize> {
         self.objects.iter().position(|o| o.name == name)

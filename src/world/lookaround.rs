@@ -51,10 +51,7 @@ pub(super) fn true_beam(world: &World, ray: &Ray) -> Option<(TrueBeam, usize)> {
     let beam = TrueBeam {
         range_m: hit.range_m,
         cos_incidence: hit.cos_incidence,
-        reflectance: world
-            .objects()
-            .get(hit.object)
-            .map_or(1.0, |o| o.reflectance),
+        reflectance: world.reflectance_of(hit.object),
     };
     Some((beam, hit.object))
 }

@@ -27,10 +27,7 @@ pub fn meet(world: &World, ray: &Ray, reach_m: f64) -> Option<Met> {
     Some(Met {
         range_m: hit.range_m,
         cos_incidence: hit.cos_incidence,
-        reflectance: world
-            .objects()
-            .get(hit.object)
-            .map_or(1.0, |o| o.reflectance),
+        reflectance: world.reflectance_of(hit.object),
         object: hit.object,
         at: ray.origin + ray.direction.into_inner() * hit.range_m,
     })
