@@ -287,3 +287,39 @@ fn four_hundred_points_are_judged_by_the_same_defaults() {
     // In the corner of floor and wall, now and then no direction of the reference passes near enough.
     assert!(corner.iter().all(|n| *n >= 5), "{changed:?}");
 }
+
+#[test]
+fn what_the_pose_leaves_open_moves_nothing() {
+    // A corridor whose ends are out of reach: nothing but a few thin posts says how far along it the robot stands.
+    let post = |x: f64, y: f64| Solid::Block([x, y, -0.5], [x + 0.06, y + 0.06, 1.0]);
+    let corridor = Scene {
+        room: ([-20.0, -1.2, -0.5], [20.0, 1.2, 2.1]),
+        solids: vec![post(1.6, 0.7), post(2.3, -0.8), post(-0.9, 0.8)],
+    };
+    let sees = |scene: &Scene, pose: &Pose, seed: u64| {
+        scene.look(Pattern::Tilted(0.65), pose, URG, 5.6, seed)
+    };
+    let reference = sees(&corridor, &here(), 1);
+    let mut left_open = 0;
+    for (seed, along_m) in [(2, 0.0), (3, 0.05), (4, 0.08), (5, -0.08), (6, 0.1)] {
+        let pose = off(along_m, 0.0, 0.0);
+        for (then, now) in [
+            (reference.clone(), sees(&corridor, &pose, seed)),
+            (bare(reference.clone()), bare(sees(&corridor, &pose, seed))),
+        ] {
+            let found = compare(&then, &now);
+            left_open += usize::from(!found.registration.unobservable.is_empty());
+            assert_ne!(found.verdict, Verdict::Changed, "{along_m} m along");
+        }
+    }
+    assert_eq!(left_open, 10, "the corridor fixes no place along it");
+    // A person in the way is one all the same.
+    let person = Solid::Block([2.6, -0.25, -0.5], [2.9, 0.25, 1.2]);
+    let pose = off(0.08, 0.0, 0.0);
+    let with = Scene {
+        room: corridor.room,
+        solids: [corridor.solids.clone(), vec![person]].concat(),
+    };
+    let found = compare(&reference, &sees(&with, &pose, 7));
+    assert_eq!(found.verdict, Verdict::Changed, "{}", found.reason);
+}

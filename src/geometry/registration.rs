@@ -4,7 +4,7 @@
 //! the start that explains the largest share of the current surface wins.
 
 use super::{Landmarks, Passage, Patch, Pose, RangeDrift, RollPitchYaw, Surfaces};
-use nalgebra::{Matrix6, Point3, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
 use normal::NormalEquations;
 use rayon::prelude::*;
 
@@ -111,11 +111,15 @@ impl Registration {
         )
     }
 
-    /// Standard deviation in metres, along the unit direction `u`, of a current place `p` carried
-    /// into the reference's frame.
-    pub fn sigma_m(&self, p: &Point3<f64>, u: &Vector3<f64>) -> f64 {
-        let j = jacobian(u, p);
-        (j.dot(&(self.covariance * j))).max(0.0).sqrt()
+    /// Covariance, square metres, of a current place carried to `p` in the reference's frame: far along what the
+    /// surfaces leave open, small across it.
+    pub fn covariance_at(&self, p: &Point3<f64>) -> Matrix3<f64> {
+        let part = |row, column| -> Matrix3<f64> {
+            self.covariance.fixed_view::<3, 3>(row, column).into_owned()
+        };
+        let turn = p.coords.cross_matrix();
+        let mixed = part(0, 3) * turn;
+        part(0, 0) + mixed + mixed.transpose() + turn.transpose() * part(3, 3) * turn
     }
 }
 

@@ -6,7 +6,7 @@
 
 use super::{EvidenceSettings, Prepared, noise::Between};
 use crate::geometry::{Field, Passage, Patch, Registration};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 
 /// Deviations below this many sigmas are not looked into further: no setting grows from so little.
@@ -131,7 +131,7 @@ impl Judge<'_> {
         if look.filled < 5 && !self.looked_into(&d, range_m) {
             return Evidence::none(Sight::Unseen);
         }
-        let registration_m = self.registration_m(own, &d);
+        let doubt = self.doubt(own, noise_m);
         let mut shortest_m = f64::INFINITY;
         let mut longest_m = 0.0_f64;
         for (ray, _) in look.sectors.iter().flatten() {
@@ -142,30 +142,16 @@ impl Judge<'_> {
         let mut z = f64::INFINITY;
         let mut hidden = false;
         for (ray, _) in look.sectors.iter().flatten() {
-            let (gap, sigma) = self.gap(
-                *ray,
-                &d,
-                range_m,
-                (shortest_m, longest_m),
-                noise_m,
-                registration_m,
-            );
+            let (gap, sigma) = self.gap(*ray, &d, range_m, (shortest_m, longest_m), &doubt);
             z = z.min(gap / sigma);
             hidden |= gap < -5.0 * sigma;
         }
-        let (gap, sigma) = self.gap(
-            nearest,
-            &d,
-            range_m,
-            (shortest_m, longest_m),
-            noise_m,
-            registration_m,
-        );
+        let (gap, sigma) = self.gap(nearest, &d, range_m, (shortest_m, longest_m), &doubt);
         let z_nearest = gap / sigma;
         if z_nearest <= SURELY_SAME && z <= SURELY_SAME {
             return Evidence::none(if hidden { Sight::Hidden } else { Sight::Same });
         }
-        let z_surface = self.off_surface(&p, &d, noise_m, registration_m);
+        let z_surface = self.off_surface(&p, &d, &doubt);
         let most = self.settings.most_sigmas;
         Evidence {
             sight: if z.min(z_surface) > 5.0 {
@@ -227,7 +213,7 @@ impl Judge<'_> {
             return Evidence::none(Sight::Unseen);
         }
         let z = self
-            .off_surface(p, d, noise_m, self.registration_m(own, d))
+            .off_surface(p, d, &self.doubt(own, noise_m))
             .min(self.settings.most_sigmas);
         Evidence {
             sight: if z > 5.0 { Sight::Through } else { Sight::Same },
@@ -271,11 +257,10 @@ impl Judge<'_> {
         d: &Vector3<f64>,
         range_m: f64,
         span_m: (f64, f64),
-        noise_m: f64,
-        registration_m: f64,
+        doubt: &Doubt,
     ) -> (f64, f64) {
         let other = self.other;
-        let plain = |end: f64| (end - range_m, norm3(noise_m, registration_m, 0.0));
+        let plain = |end: f64| (end - range_m, doubt.sigma_m(d));
         if other.rays.range_m(ray).is_infinite() {
             return plain(self.end_m(ray));
         }
@@ -294,40 +279,41 @@ impl Judge<'_> {
         }
         // Height of the sensor over the plane, over the fall of the ray per metre.
         let meets_m = (patch.height_m(other.rays.origin()) / incidence).clamp(span_m.0, span_m.1);
-        let sigma = self.height_sigma_m(incidence * noise_m, registration_m, patch);
+        let sigma = self.height_sigma_m(
+            incidence * doubt.noise_m,
+            doubt.pose_m(&patch.normal),
+            patch,
+        );
         ((meets_m - range_m) * incidence, sigma)
     }
 
-    /// Distance to the nearest surface that the other view saw, in sigmas. Ranges err along the
-    /// ray: across a surface seen at a shallow angle, heights are far better known.
-    fn off_surface(
-        &self,
-        p: &Point3<f64>,
-        d: &Vector3<f64>,
-        noise_m: f64,
-        registration_m: f64,
-    ) -> f64 {
+    /// Distance to the nearest surface that the other view saw, in sigmas of that very direction: the pose may leave one
+    /// open and fix the others. Ranges err along the ray: across a surface seen at a shallow angle, heights are far
+    /// better known.
+    fn off_surface(&self, p: &Point3<f64>, d: &Vector3<f64>, doubt: &Doubt) -> f64 {
         let surfaces = &self.other.surfaces;
         let most = self.settings.most_sigmas;
-        let sigma_m = norm3(noise_m, registration_m, 0.0);
+        let widest_m = doubt.widest_m();
         let spacing_m = self.other.rays.spacing_rad * (p - self.other.rays.origin()).norm();
-        let reach_m = (most * sigma_m).max(spacing_m).clamp(
+        let reach_m = (most * widest_m).max(spacing_m).clamp(
             2.0 * surfaces.cell_m,
-            (6.0 * surfaces.cell_m).max(8.0 * sigma_m),
+            (6.0 * surfaces.cell_m).max(8.0 * widest_m),
         );
-        let mut least = reach_m / sigma_m;
+        let mut least = reach_m / widest_m;
         surfaces.grid.for_each_within(p, reach_m, |i, d2| {
             let patch = &surfaces.patches[i];
+            let off = p - patch.mean;
             let z = if patch.flat {
                 // On the plane, and beside the cell by no more than the lines lie apart.
                 let height = patch.height_m(p).abs();
                 let beside = (d2 - height * height).max(0.0).sqrt();
                 let beyond = (beside - surfaces.cell_m - spacing_m).max(0.0);
-                let across = patch.normal.dot(d) * noise_m;
-                let sigma_height = self.height_sigma_m(across, registration_m, patch);
-                norm3(height / sigma_height, beyond / sigma_m, 0.0)
+                let lateral = off - patch.normal * patch.normal.dot(&off);
+                let across = patch.normal.dot(d) * doubt.noise_m;
+                let sigma_height = self.height_sigma_m(across, doubt.pose_m(&patch.normal), patch);
+                norm3(height / sigma_height, beyond / doubt.sigma_m(&lateral), 0.0)
             } else {
-                (d2.sqrt() - 0.5 * surfaces.cell_m).max(0.0) / sigma_m
+                (d2.sqrt() - 0.5 * surfaces.cell_m).max(0.0) / doubt.sigma_m(&off)
             };
             least = least.min(z);
         });
@@ -350,11 +336,42 @@ impl Judge<'_> {
             .map_or(both, |law| both.max(law.ranges.sigma_m(other_range_m)))
     }
 
-    fn registration_m(&self, own: &Point3<f64>, d_other: &Vector3<f64>) -> f64 {
+    /// How unsure the place of the own point is, in the other view's frame.
+    fn doubt(&self, own: &Point3<f64>, noise_m: f64) -> Doubt {
         let turn =
             self.reference_from_own.pose.rotation * self.other_from_own.pose.rotation.inverse();
-        self.registration
-            .sigma_m(&self.reference_from_own.carry(own), &(turn * d_other))
+        let turn = turn.to_rotation_matrix().into_inner();
+        let at = self.reference_from_own.carry(own);
+        Doubt {
+            noise_m,
+            pose_m2: turn.transpose() * self.registration.covariance_at(&at) * turn,
+        }
+    }
+}
+
+/// How unsure a place is.
+struct Doubt {
+    /// Standard deviation of the ranges of both views, metres.
+    noise_m: f64,
+    /// Covariance that the registration leaves, square metres.
+    pose_m2: Matrix3<f64>,
+}
+
+impl Doubt {
+    /// What the registration leaves along `way`, of any length but zero, metres.
+    fn pose_m(&self, way: &Vector3<f64>) -> f64 {
+        let square = way.dot(&(self.pose_m2 * way)) / way.norm_squared().max(1e-18);
+        square.max(0.0).sqrt()
+    }
+
+    /// With the noise of the ranges, as if it were alike in all directions.
+    fn sigma_m(&self, way: &Vector3<f64>) -> f64 {
+        norm3(self.noise_m, self.pose_m(way), 0.0)
+    }
+
+    /// No direction is less sure.
+    fn widest_m(&self) -> f64 {
+        norm3(self.noise_m, self.pose_m2.trace().max(0.0).sqrt(), 0.0)
     }
 }
 

@@ -111,16 +111,7 @@ impl NormalEquations {
         if self.weight <= 6.0 {
             return (Vector6::zeros(), still);
         }
-        let (eigen, scale) = self.directions();
-        // In the eigenvectors' coordinates, unobservable ones and held drifts cut off.
-        let mut basis = Matrix8::zeros();
-        let mut open = [false; 8];
-        for (i, axis) in eigen.eigenvectors.column_iter().enumerate() {
-            open[i] = eigen.eigenvalues[i] >= settings.least_resistance;
-            basis
-                .fixed_view_mut::<6, 1>(0, i)
-                .copy_from(&scale.component_mul(&axis));
-        }
+        let (basis, mut open, scale) = self.basis(settings);
         let mut matrix_prior = Matrix8::zeros();
         let mut pull = self.vector / self.weight;
         if let Some(drift) = drift {
@@ -133,7 +124,6 @@ impl NormalEquations {
             .enumerate()
             {
                 open[6 + i] = true;
-                basis[(6 + i, 6 + i)] = 1.0;
                 matrix_prior[(6 + i, 6 + i)] = trust / (sd * sd);
                 pull[6 + i] -= trust / (sd * sd) * at;
             }
@@ -164,6 +154,21 @@ impl NormalEquations {
         )
     }
 
+    /// Eigenvectors of the pose as columns, in metres and radians, and the drift as it is; which of them the surfaces fix
+    /// (the drift is closed until it is asked for); and what scales radians to metres.
+    fn basis(&self, settings: &RegistrationSettings) -> (Matrix8, [bool; 8], Vector6<f64>) {
+        let (eigen, scale) = self.directions();
+        let mut basis = Matrix8::identity();
+        let mut open = [false; 8];
+        for (i, axis) in eigen.eigenvectors.column_iter().enumerate() {
+            open[i] = eigen.eigenvalues[i] >= settings.least_resistance;
+            basis
+                .fixed_view_mut::<6, 1>(0, i)
+                .copy_from(&scale.component_mul(&axis));
+        }
+        (basis, open, scale)
+    }
+
     /// Errors of neighbouring places go together: one in ten counts.
     fn effective(&self) -> f64 {
         (self.weight / 10.0).max(1.0)
@@ -173,7 +178,8 @@ impl NormalEquations {
         (self.square / self.weight.max(1e-9)).max(1e-6)
     }
 
-    /// Covariance of the pose; what surfaces leave open is held by the priors.
+    /// Covariance of the pose. Along what surfaces leave open no step was made: the prior alone holds it, however little
+    /// resistance there was.
     pub(super) fn covariance(&self, settings: &RegistrationSettings) -> Matrix6<f64> {
         let sd = [
             settings.prior_sd_m,
@@ -188,9 +194,17 @@ impl NormalEquations {
         let variances = Vector8::from(sd.map(|s| s * s));
         let prior = Matrix8::from_diagonal(&variances.map(|v| 1.0 / v));
         let scale = self.effective() / self.weight.max(1e-9) / self.noise_m2();
-        (self.full() * scale + prior)
+        let (basis, open, _) = self.basis(settings);
+        let mut information = basis.transpose() * (self.full() * scale) * basis;
+        for i in (0..6).filter(|i| !open[*i]) {
+            information.fill_row(i, 0.0);
+            information.fill_column(i, 0.0);
+        }
+        let told = basis
             .try_inverse()
-            .unwrap_or_else(|| Matrix8::from_diagonal(&variances))
+            .map(|back| back.transpose() * information * back)
+            .and_then(|information| (information + prior).try_inverse());
+        told.unwrap_or_else(|| Matrix8::from_diagonal(&variances))
             .fixed_view::<6, 6>(0, 0)
             .into_owned()
     }
