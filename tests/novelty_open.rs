@@ -310,6 +310,9 @@ fn what_the_pose_leaves_open_moves_nothing() {
             let found = compare(&then, &now);
             left_open += usize::from(!found.registration.unobservable.is_empty());
             assert_ne!(found.verdict, Verdict::Changed, "{along_m} m along");
+            // Where nothing is known the robot stands where it meant to.
+            let told_m = found.registration.current_from_reference.translation.x;
+            assert!(told_m.abs() < 0.02, "{told_m} m of {along_m} m");
         }
     }
     assert_eq!(left_open, 10, "the corridor fixes no place along it");

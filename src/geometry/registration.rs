@@ -195,6 +195,17 @@ pub fn register(
             .collect();
     }
     let (pose, drift) = scene.settle(&many, best.0, current_origin, gate_m, settings);
+    // On the way here the pose may have walked along what the surfaces hardly fix: there the guess is better.
+    let at = Passage::to_reference(pose, drift, *current_origin);
+    let walked = scene
+        .normal_equations(&many, &at, gate_m, exact)
+        .along_left_open(&logarithm(&(pose * start.inverse())), settings);
+    let (pose, drift) = if walked.norm() < SMALL_STEP {
+        (pose, drift)
+    } else {
+        let back = exponential(&-walked) * pose;
+        scene.settle(&many, back, current_origin, gate_m, settings)
+    };
     let settled = Passage::to_reference(pose, drift, *current_origin);
     let normal = scene.normal_equations(&many, &settled, gate_m, exact);
     let (last_step, _) = normal.step(Some(&drift), settings, gate_m);
@@ -326,6 +337,12 @@ fn exponential(step: &Vector6<f64>) -> Pose {
         Vector3::new(step[0], step[1], step[2]),
         Vector3::new(step[3], step[4], step[5]),
     )
+}
+
+/// The inverse of [`exponential`].
+fn logarithm(pose: &Pose) -> Vector6<f64> {
+    let (shift, turn) = (pose.translation.vector, pose.rotation.scaled_axis());
+    Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
 }
 
 #[cfg(test)]

@@ -169,6 +169,32 @@ impl NormalEquations {
         (basis, open, scale)
     }
 
+    /// Directions that the surfaces do not fix, unit vectors in scaled coordinates, and the scale.
+    fn left_open(&self, settings: &RegistrationSettings) -> (Vec<Vector6<f64>>, Vector6<f64>) {
+        let (eigen, scale) = self.directions();
+        let pairs = eigen
+            .eigenvalues
+            .iter()
+            .zip(eigen.eigenvectors.column_iter());
+        let axes = pairs
+            .filter(|(value, _)| **value < settings.least_resistance)
+            .map(|(_, axis)| axis.into_owned())
+            .collect();
+        (axes, scale)
+    }
+
+    /// The part of `way` (translation, rotation vector) along what the surfaces do not fix.
+    pub(super) fn along_left_open(
+        &self,
+        way: &Vector6<f64>,
+        settings: &RegistrationSettings,
+    ) -> Vector6<f64> {
+        let (axes, scale) = self.left_open(settings);
+        let scaled = way.component_div(&scale);
+        let part: Vector6<f64> = axes.iter().map(|axis| axis * axis.dot(&scaled)).sum();
+        scale.component_mul(&part)
+    }
+
     /// Errors of neighbouring places go together: one in ten counts.
     fn effective(&self) -> f64 {
         (self.weight / 10.0).max(1.0)
@@ -211,24 +237,16 @@ impl NormalEquations {
 
     /// Directions that the surfaces do not fix, in words.
     pub(super) fn unobservable(&self, settings: &RegistrationSettings) -> Vec<String> {
-        let (eigen, _) = self.directions();
-        let mut told = Vec::new();
-        for (value, axis) in eigen
-            .eigenvalues
-            .iter()
-            .zip(eigen.eigenvectors.column_iter())
-        {
-            if *value >= settings.least_resistance {
-                continue;
-            }
+        let (axes, _) = self.left_open(settings);
+        let told = |axis: &Vector6<f64>| {
             let (shift, turn) = (axis.fixed_rows::<3>(0), axis.fixed_rows::<3>(3));
             let (word, v) = if shift.norm() >= turn.norm() {
                 ("along", shift.normalize())
             } else {
                 ("about", turn.normalize())
             };
-            told.push(format!("{word} ({:.2}, {:.2}, {:.2})", v.x, v.y, v.z));
-        }
-        told
+            format!("{word} ({:.2}, {:.2}, {:.2})", v.x, v.y, v.z)
+        };
+        axes.iter().map(told).collect()
     }
 }
