@@ -92,8 +92,16 @@ pub(super) const UNLIKELY_PENALTY: f64 = 10.0;
 /// Fits of one class whose moments cost this much more than its best (as -2 ln odds) are given up
 /// before the points are asked.
 pub(super) const PROMISING_COST: f64 = 40.0;
-/// Noise stretches an extent by about this many standard deviations (one at each end).
-pub(super) const EXTENT_NOISE: f64 = 2.0;
+/// Share of points next to a surface that belong to something else (segmentation leaves some).
+pub(super) const FOREIGN_SHARE: f64 = 0.02;
+/// Least blur of an edge, share of the spacing of the points: keeps the likelihood smooth.
+pub(super) const LEAST_BLUR_SHARE: f64 = 0.1;
+/// Standard deviations from an edge at which it has no more say (a normal law's 1e-9).
+pub(super) const SHARP_EDGE_SIGMAS: f64 = 6.0;
+/// Steps of the climb to the likeliest edges at most; it settles in about ten.
+pub(super) const CLIMB_STEPS: usize = 40;
+/// Gain of log-likelihood that ends the climb.
+pub(super) const CLIMB_TOLERANCE: f64 = 1e-4;
 /// Points through which a primitive hangs together lie no farther apart than this, metres: what
 /// makes one novelty (design section 5; 16 rings of a coarse scanner at 4 m).
 pub(super) const CONNECTED_M: f64 = 0.16;

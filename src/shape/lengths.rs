@@ -1,85 +1,259 @@
-//! Lengths from the extent of the points, where these lie densely enough to show it better than
-//! the moments do: real surfaces are not covered as evenly as the moments suppose.
+//! Lengths from where the points end: a plane's sides with its turn, a cylinder's length. The
+//! moments give a start; the likelihood of the edges ([`edges`](super::edges)) gives the answer.
 
-use super::constants::{BOUNDS, EXTENT_NOISE, LOG_VARIANCE_MISFIT};
+use super::constants::{BOUNDS, FOREIGN_SHARE, LEAST_BLUR_SHARE};
 use super::covariance::Candidate;
-use super::primitive::{Cylinder, Plane, Primitive};
+use super::edges::{Between, Likelihood, climb, typical_gap_m};
+use super::moments::seen_weight;
+use super::primitive::{Cylinder, Patch, Plane, Primitive, interval};
 use super::ransac::smallest_rectangle;
-use nalgebra::Point3;
+use super::settings::{BeamDensity, SurfaceModel};
+use nalgebra::{Point3, Rotation3, Vector2, Vector3, Vector5};
 
-/// The candidate with its lengths (a plane's sides, a cylinder's length) weighted by inverse
-/// variance with the extent of `near`, its points. The extent of n points on a surface of area S
-/// falls short by their spacing sqrt(S / n) on average and is uncertain by as much.
-pub(super) fn measured(candidate: Candidate, near: &[Point3<f64>], noise_m: f64) -> Candidate {
-    if near.is_empty() {
-        return candidate;
+/// What the likelihood of edges needs to know about a look.
+pub(super) struct Look<'a> {
+    /// Points next to the surface.
+    pub near: &'a [Point3<f64>],
+    /// Standard deviation of a point, metres.
+    pub noise_m: f64,
+    /// Share of the points that count as independent.
+    pub independent_share: f64,
+    pub sensor: &'a Point3<f64>,
+    pub surface: SurfaceModel,
+    pub density: &'a BeamDensity,
+}
+
+impl Look<'_> {
+    /// Points per area at a place of a surface, up to a factor.
+    fn weight(&self, at: Point3<f64>, normal: Vector3<f64>) -> f64 {
+        match self.surface {
+            SurfaceModel::Ideal => 1.0,
+            SurfaceModel::Visible => {
+                // Whichever side faces the sensor.
+                let towards = normal.dot(&(self.sensor - at));
+                let patch = Patch {
+                    at,
+                    normal: if towards < 0.0 { -normal } else { normal },
+                    area: 1.0,
+                };
+                seen_weight(&patch, self.sensor, self.density)
+            }
+        }
     }
+
+    /// Standard deviation that the spacing of the points leaves to an edge, metres: it lies
+    /// anywhere between the last row and the next.
+    fn edge_variance(&self, gap_m: f64) -> f64 {
+        gap_m * gap_m / 12.0
+    }
+}
+
+/// The candidate with its lengths as the points show them.
+pub(super) fn measured(candidate: Candidate, look: &Look<'_>) -> Candidate {
     match candidate.primitive {
         Primitive::Sphere(_) => candidate,
-        Primitive::Cylinder(c) => cylinder(candidate, &c, near, noise_m),
-        Primitive::Plane(p) => plane(candidate, &p.longer_first(), near, noise_m),
+        Primitive::Cylinder(c) => cylinder(&candidate, &c, look).unwrap_or(candidate),
+        Primitive::Plane(p) => plane(&candidate, &p, look).unwrap_or(candidate),
     }
 }
 
-fn uncertainty_m(spacing_m: f64, noise_m: f64) -> f64 {
-    spacing_m.hypot(EXTENT_NOISE * noise_m)
+/// Points stand for the cell of surface around them: half a gap to either side. Offsets in gaps
+/// and weights (Simpson), whose variance is that of a uniform law.
+const CELL: [(f64, f64); 3] = [(-0.5, 1.0 / 6.0), (0.0, 4.0 / 6.0), (0.5, 1.0 / 6.0)];
+
+/// The blur that edges are sought with.
+fn blur_m(noise_m: f64, gap_m: f64) -> f64 {
+    noise_m.max(LEAST_BLUR_SHARE * gap_m).max(1e-6)
 }
 
-/// Weight of the extent against the moments. The misfit of the moments is their part that dense
-/// points do not cure; sampling hurts both alike.
-fn weight(length_m: f64, extent_sd_m: f64) -> f64 {
-    let misfit = length_m * LOG_VARIANCE_MISFIT / 2.0;
-    let (m, e) = (misfit.powi(2), extent_sd_m.powi(2));
-    m / (m + e).max(f64::MIN_POSITIVE)
-}
-
-fn cylinder(
-    mut candidate: Candidate,
-    c: &Cylinder,
-    near: &[Point3<f64>],
-    noise_m: f64,
-) -> Candidate {
-    let area = std::f64::consts::PI * c.radius_m * c.length_m;
-    let spacing = (area / near.len() as f64).sqrt();
-    let heights = near.iter().map(|p| (p - c.centre).dot(&c.axis));
-    let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-        (l.min(v), h.max(v))
-    });
-    let extent_sd = uncertainty_m(spacing, noise_m);
-    let w = weight(c.length_m, extent_sd);
-    let length = c.length_m + w * (high - low + spacing - c.length_m);
-    candidate.size_sd_m[2] *= (1.0 - w).sqrt();
-    candidate.primitive = Primitive::Cylinder(Cylinder {
-        centre: c.centre + c.axis.as_ref() * (w * f64::midpoint(low, high)),
-        length_m: BOUNDS.cylinder_length_m.clamp(length),
+fn cylinder(candidate: &Candidate, c: &Cylinder, look: &Look<'_>) -> Option<Candidate> {
+    let mut sorted: Vec<f64> = look
+        .near
+        .iter()
+        .map(|p| (p - c.centre).dot(&c.axis))
+        .collect();
+    let gap_m = typical_gap_m(&mut sorted);
+    let heights = sorted;
+    let (first, last) = (*heights.first()?, *heights.last()?);
+    let sigma = blur_m(look.noise_m, gap_m);
+    let span_m = last - first + gap_m + 2.0 * sigma;
+    let side = Vector3::from(c.rotation(look.sensor).column(0));
+    let weight = |u: f64| {
+        let at = c.centre + side * c.radius_m + c.axis.as_ref() * u;
+        look.weight(at, side)
+    };
+    let weights: Vec<f64> = heights.iter().map(|&u| weight(u)).collect();
+    let likelihood = |x: &Vector2<f64>| {
+        let (low, high) = (x[0], x[1]);
+        if high - low < BOUNDS.cylinder_length_m.least {
+            return None;
+        }
+        let total: f64 = interval(low, high).map(|(u, w)| w * weight(u)).sum();
+        let by_edge = Vector2::new(-weight(low), weight(high));
+        let mut sum = Likelihood::zero();
+        for (&u, &w) in heights.iter().zip(&weights) {
+            let (mut log, mut gradient) = (0.0, Vector2::zeros());
+            for (offset, share) in CELL {
+                let b = Between::new(u + offset * gap_m, low, high, sigma);
+                let own = (1.0 - FOREIGN_SHARE) * w / total;
+                let density = own * b.share + FOREIGN_SHARE / span_m;
+                log += share * density.ln();
+                let by_x = Vector2::new(b.by_low, b.by_high) - by_edge * (b.share / total);
+                gradient += by_x * (share * own / density);
+            }
+            sum.add(log, &gradient);
+        }
+        Some(sum)
+    };
+    let start = Vector2::new(first - gap_m / 2.0, last + gap_m / 2.0);
+    let (edges, at) = climb(start, likelihood)?;
+    let covariance = at.information.try_inverse()? / look.independent_share;
+    let (low, high) = (edges[0], edges[1]);
+    let variance = covariance[(0, 0)] + covariance[(1, 1)] - 2.0 * covariance[(0, 1)]
+        + 2.0 * look.edge_variance(gap_m);
+    let mut measured = candidate.clone();
+    measured.primitive = Primitive::Cylinder(Cylinder {
+        centre: c.centre + c.axis.as_ref() * f64::midpoint(low, high),
+        length_m: BOUNDS.cylinder_length_m.clamp(high - low),
         ..*c
     });
-    candidate
+    measured.size_sd_m[2] = variance.max(0.0).sqrt();
+    let along = (covariance.sum() / 4.0 + look.edge_variance(gap_m) / 2.0)
+        .max(0.0)
+        .sqrt();
+    for k in 0..3 {
+        let across = candidate.centre_sd_m[k] * (1.0 - c.axis[k].powi(2)).max(0.0).sqrt();
+        measured.centre_sd_m[k] = across.hypot(along * c.axis[k]);
+    }
+    Some(measured)
 }
 
-fn plane(mut candidate: Candidate, p: &Plane, near: &[Point3<f64>], noise_m: f64) -> Candidate {
-    let rectangle = smallest_rectangle(p, near);
-    let spacing = (p.sides_m[0] * p.sides_m[1] / near.len() as f64).sqrt();
-    let extent_sd = uncertainty_m(spacing, noise_m);
-    let w = [0, 1].map(|k| weight(p.sides_m[k], extent_sd));
-    let sides = [0, 1].map(|k| {
-        let side = p.sides_m[k] + w[k] * (rectangle.sides_m[k] + spacing - p.sides_m[k]);
-        BOUNDS.plane_side_m.clamp(side)
+/// The better of two starts: the turn of the moments, and that of the smallest rectangle, which
+/// is right where points are dense and the sides nearly equal.
+fn plane(candidate: &Candidate, p: &Plane, look: &Look<'_>) -> Option<Candidate> {
+    let p = p.longer_first();
+    let rectangle = smallest_rectangle(&p, look.near);
+    let starts = [p.rotation, rectangle.rotation];
+    let tops = starts.iter().filter_map(|rotation| {
+        let start = Plane {
+            rotation: *rotation,
+            ..p
+        };
+        turned(candidate, &start, look)
     });
+    tops.max_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
+}
+
+/// Edges and turn of a rectangle from one start, with the likelihood's logarithm.
+fn turned(candidate: &Candidate, p: &Plane, look: &Look<'_>) -> Option<(f64, Candidate)> {
+    let m = p.rotation.matrix();
+    let (e1, e2): (Vector3<f64>, Vector3<f64>) = (m.column(0).into(), m.column(1).into());
+    let normal = p.normal();
+    let places: Vec<Vector2<f64>> = look
+        .near
+        .iter()
+        .map(|q| Vector2::new((q - p.centre).dot(&e1), (q - p.centre).dot(&e2)))
+        .collect();
+    let mut gaps = [0.0; 2];
+    let mut start = Vector5::zeros();
+    let mut span = 1.0;
+    let mut sigma = look.noise_m;
     for k in [0, 1] {
-        candidate.size_sd_m[k] *= (1.0 - w[k]).sqrt();
+        let mut sorted: Vec<f64> = places.iter().map(|q| q[k]).collect();
+        gaps[k] = typical_gap_m(&mut sorted);
+        sigma = blur_m(sigma, gaps[k]);
+        let (first, last) = (*sorted.first()?, *sorted.last()?);
+        start[2 * k] = first - gaps[k] / 2.0;
+        start[2 * k + 1] = last + gaps[k] / 2.0;
+        span *= last - first + gaps[k] + 2.0 * sigma;
     }
-    let by_extent = f64::midpoint(w[0], w[1]);
-    candidate.primitive = Primitive::Plane(Plane {
-        centre: p.centre + (rectangle.centre - p.centre) * by_extent,
-        // A turn cannot be half one and half the other: the sides nearly are the same, or the
-        // rectangle is nearly square and either will do.
-        rotation: if by_extent > 0.5 {
-            rectangle.rotation
-        } else {
-            p.rotation
-        },
-        sides_m: sides,
-    });
-    candidate
+    let weight = |x: f64, y: f64| look.weight(p.centre + e1 * x + e2 * y, normal);
+    let weights: Vec<f64> = places.iter().map(|q| weight(q.x, q.y)).collect();
+    let cells = [
+        (0.0, 0.0, 2.0 / 6.0),
+        (-gaps[0] / 2.0, 0.0, 1.0 / 6.0),
+        (gaps[0] / 2.0, 0.0, 1.0 / 6.0),
+        (0.0, -gaps[1] / 2.0, 1.0 / 6.0),
+        (0.0, gaps[1] / 2.0, 1.0 / 6.0),
+    ];
+    let likelihood = |x: &Vector5<f64>| {
+        let [x_low, x_high, y_low, y_high, turn] = (*x).into();
+        let least = BOUNDS.plane_side_m.least;
+        if x_high - x_low < least || y_high - y_low < least {
+            return None;
+        }
+        let (sin, cos) = turn.sin_cos();
+        let at = |u: f64, v: f64| weight(u * cos - v * sin, u * sin + v * cos);
+        let total: f64 = interval(x_low, x_high)
+            .map(|(u, wu)| {
+                let column = interval(y_low, y_high).map(|(v, wv)| wv * at(u, v));
+                wu * column.sum::<f64>()
+            })
+            .sum();
+        let column = |u: f64| -> f64 { interval(y_low, y_high).map(|(v, w)| w * at(u, v)).sum() };
+        let row = |v: f64| -> f64 { interval(x_low, x_high).map(|(u, w)| w * at(u, v)).sum() };
+        let by_edge = Vector5::new(
+            -column(x_low),
+            column(x_high),
+            -row(y_low),
+            row(y_high),
+            0.0,
+        );
+        let mut sum = Likelihood::zero();
+        for (q, &w) in places.iter().zip(&weights) {
+            let (u, v) = (q.x * cos + q.y * sin, q.y * cos - q.x * sin);
+            let (mut log, mut gradient) = (0.0, Vector5::zeros());
+            for (du, dv, share) in cells {
+                let a = Between::new(u + du, x_low, x_high, sigma);
+                let b = Between::new(v + dv, y_low, y_high, sigma);
+                let own = (1.0 - FOREIGN_SHARE) * w / total;
+                let inside = a.share * b.share;
+                let density = own * inside + FOREIGN_SHARE / span;
+                log += share * density.ln();
+                let by_x = Vector5::new(
+                    a.by_low * b.share,
+                    a.by_high * b.share,
+                    a.share * b.by_low,
+                    a.share * b.by_high,
+                    a.by_place() * b.share * v - a.share * b.by_place() * u,
+                ) - by_edge * (inside / total);
+                gradient += by_x * (share * own / density);
+            }
+            sum.add(log, &gradient);
+        }
+        Some(sum)
+    };
+    let (x, at) = climb(start, likelihood)?;
+    let covariance = at.information.try_inverse()? / look.independent_share;
+    let (low, high) = (Vector2::new(x[0], x[2]), Vector2::new(x[1], x[3]));
+    let rotation = p.rotation * Rotation3::from_axis_angle(&Vector3::z_axis(), x[4]);
+    let middle = rotation * Vector3::new((low + high).x / 2.0, (low + high).y / 2.0, 0.0);
+    let sides = high - low;
+    let found = Plane {
+        centre: p.centre + middle,
+        rotation,
+        sides_m: [0, 1].map(|k| BOUNDS.plane_side_m.clamp(sides[k])),
+    };
+    let mut measured = candidate.clone();
+    measured.primitive = Primitive::Plane(found);
+    let of_pair = |k: usize, sign: f64| {
+        let (i, j) = (2 * k, 2 * k + 1);
+        covariance[(i, i)]
+            + covariance[(j, j)]
+            + 2.0 * sign * covariance[(i, j)]
+            + 2.0 * look.edge_variance(gaps[k])
+    };
+    let mut sds = [0, 1].map(|k| of_pair(k, -1.0).max(0.0).sqrt());
+    if found.sides_m[0] < found.sides_m[1] {
+        sds.swap(0, 1);
+    }
+    measured.size_sd_m = [sds[0], sds[1], 0.0];
+    let along = [0, 1].map(|k| (of_pair(k, 1.0) / 4.0).max(0.0).sqrt());
+    let axes = rotation.matrix();
+    for k in 0..3 {
+        let out = candidate.centre_sd_m[k] * axes[(k, 2)].abs();
+        let inside = (along[0] * axes[(k, 0)]).hypot(along[1] * axes[(k, 1)]);
+        measured.centre_sd_m[k] = out.hypot(inside);
+    }
+    Some((at.log, measured))
 }

@@ -6,6 +6,7 @@
 
 mod constants;
 mod covariance;
+mod edges;
 mod euclidean;
 #[cfg(test)]
 mod laws;

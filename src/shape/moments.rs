@@ -29,22 +29,9 @@ pub fn surface_moments(
     match model {
         SurfaceModel::Ideal => primitive.whole(&mut |patch| add(patch, patch.area)),
         SurfaceModel::Visible => primitive.visible(sensor, &mut |patch| {
-            let beam = patch.at - sensor;
-            let rho_2 = beam.norm_squared();
-            let rho = rho_2.sqrt();
-            let cos_incidence = -patch.normal.dot(&beam) / rho;
-            if cos_incidence > 0.0 {
-                let weight = match density {
-                    BeamDensity::Area => patch.area,
-                    BeamDensity::SolidAngle => patch.area * cos_incidence * distance_2 / rho_2,
-                    BeamDensity::TiltSweep { axis } => {
-                        let sin_azimuth = beam.dot(axis) / rho;
-                        let cos_azimuth = (1.0 - sin_azimuth * sin_azimuth).max(0.0).sqrt();
-                        patch.area * cos_incidence * distance_2
-                            / (rho_2 * cos_azimuth.max(LEAST_AZIMUTH_COS))
-                    }
-                };
-                add(patch, weight);
+            let weight = seen_weight(&patch, sensor, density);
+            if weight > 0.0 {
+                add(patch, weight * distance_2);
             }
         }),
     }
@@ -56,6 +43,27 @@ pub fn surface_moments(
         mean: centre + mean,
         covariance: second / total - mean * mean.transpose(),
     })
+}
+
+/// What a patch counts for: the solid angle that it fills (zero from behind), times the sweep's own
+/// density; its area where points are uniform per area.
+pub(super) fn seen_weight(patch: &Patch, sensor: &Point3<f64>, density: &BeamDensity) -> f64 {
+    let beam = patch.at - sensor;
+    let rho_2 = beam.norm_squared();
+    let rho = rho_2.sqrt();
+    let cos_incidence = -patch.normal.dot(&beam) / rho;
+    if cos_incidence <= 0.0 {
+        return 0.0;
+    }
+    match density {
+        BeamDensity::Area => patch.area,
+        BeamDensity::SolidAngle => patch.area * cos_incidence / rho_2,
+        BeamDensity::TiltSweep { axis } => {
+            let sin_azimuth = beam.dot(axis) / rho;
+            let cos_azimuth = (1.0 - sin_azimuth * sin_azimuth).max(0.0).sqrt();
+            patch.area * cos_incidence / (rho_2 * cos_azimuth.max(LEAST_AZIMUTH_COS))
+        }
+    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::constants::{LEAST_NOISE_M, LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SHARE};
 use super::covariance::{Candidate, candidates};
 use super::euclidean::{by_consensus, primitives};
-use super::lengths::measured;
+use super::lengths::{Look, measured};
 use super::model::{Alternative, Class, Method, Retrieval, Shape};
 use super::settings::{Choice, ShapeSettings};
 use crate::mixture::{Gaussian, Mixture};
@@ -175,7 +175,17 @@ fn told(
         .copied()
         .collect();
     let best = if settings.points_judge {
-        measured(best, &near, noise_m)
+        measured(
+            best,
+            &Look {
+                near: &near,
+                noise_m,
+                independent_share: settings.independent_share,
+                sensor,
+                surface: settings.surface,
+                density: &settings.density,
+            },
+        )
     } else {
         best
     };

@@ -156,7 +156,7 @@ impl Cylinder {
     }
 
     /// Axis third, with its greatest coordinate positive; first towards the sensor.
-    pub(super) fn rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
+    pub(in crate::shape) fn rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
         let axis = if self.axis[self.axis.iamax()] < 0.0 {
             -self.axis
         } else {

@@ -15,4 +15,4 @@ pub use plane::Plane;
 pub use sphere::Sphere;
 
 pub(super) use axes::{perpendicular, rotation_with_third};
-pub(super) use quadrature::Patch;
+pub(super) use quadrature::{Patch, interval};

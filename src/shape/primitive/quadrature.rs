@@ -23,7 +23,7 @@ const GAUSS_8: [(f64, f64); 8] = [
 ];
 
 /// Nodes and weights of the rule on [`from`, `to`].
-pub(super) fn interval(from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
+pub(in crate::shape) fn interval(from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
     let (half, middle) = ((to - from) / 2.0, f64::midpoint(from, to));
     GAUSS_8
         .iter()

@@ -1,0 +1,186 @@
+//! Where a surface ends, by maximum likelihood: points spread evenly between edges and blurred by
+//! noise have the density (Phi((u - low) / s) - Phi((u - high) / s)) / (high - low) along an axis.
+//! It tells a length from the points at both ends; the moments spread the same knowledge over all.
+
+use super::constants::{CLIMB_STEPS, CLIMB_TOLERANCE, SHARP_EDGE_SIGMAS};
+use nalgebra::{SMatrix, SVector};
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
+
+/// Share of a blurred step that lies between two edges, and its derivatives.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Between {
+    /// Phi((u - low) / s) - Phi((u - high) / s).
+    pub share: f64,
+    /// Derivative by the lower edge, per metre.
+    pub by_low: f64,
+    /// Derivative by the upper edge, per metre.
+    pub by_high: f64,
+}
+
+impl Between {
+    /// For a point at `u`, edges at `low` < `high` and a blur of `sigma` (metres).
+    pub fn new(u: f64, low: f64, high: f64, sigma: f64) -> Self {
+        let (from_low, low_density) = step((u - low) / sigma);
+        let (from_high, high_density) = step((u - high) / sigma);
+        Self {
+            share: from_low - from_high,
+            by_low: -low_density / sigma,
+            by_high: high_density / sigma,
+        }
+    }
+
+    /// Derivative by the place of the point, per metre.
+    pub fn by_place(&self) -> f64 {
+        -(self.by_low + self.by_high)
+    }
+}
+
+/// The normal distribution function at `z`, and its density.
+fn step(z: f64) -> (f64, f64) {
+    if z > SHARP_EDGE_SIGMAS {
+        (1.0, 0.0)
+    } else if z < -SHARP_EDGE_SIGMAS {
+        (0.0, 0.0)
+    } else {
+        let density = (-0.5 * z * z).exp() / (2.0 * PI).sqrt();
+        (0.5 * libm::erfc(-z * FRAC_1_SQRT_2), density)
+    }
+}
+
+/// How far apart neighbours lie along an axis, metres: the gap in which the middle of the covered
+/// length falls. Rows of a scan give their spacing, however many points a row has; points at
+/// random give about 1.7 times their mean spacing. Sorts `places`.
+pub(super) fn typical_gap_m(places: &mut [f64]) -> f64 {
+    places.sort_by(f64::total_cmp);
+    let mut gaps: Vec<f64> = places.windows(2).map(|w| w[1] - w[0]).collect();
+    gaps.sort_by(f64::total_cmp);
+    let half = gaps.iter().sum::<f64>() / 2.0;
+    let mut covered = 0.0;
+    gaps.into_iter()
+        .find(|gap| {
+            covered += gap;
+            covered >= half
+        })
+        .unwrap_or(0.0)
+}
+
+/// Log-likelihood of all points, its gradient, and the sum of the outer products of every point's
+/// own gradient, which is the information.
+#[derive(Debug, Clone)]
+pub(super) struct Likelihood<const N: usize> {
+    pub log: f64,
+    pub gradient: SVector<f64, N>,
+    pub information: SMatrix<f64, N, N>,
+}
+
+impl<const N: usize> Likelihood<N> {
+    pub fn zero() -> Self {
+        Self {
+            log: 0.0,
+            gradient: SVector::zeros(),
+            information: SMatrix::zeros(),
+        }
+    }
+
+    /// Counts one point.
+    pub fn add(&mut self, log: f64, gradient: &SVector<f64, N>) {
+        self.log += log;
+        self.gradient += gradient;
+        self.information.ger(1.0, gradient, gradient, 1.0);
+    }
+}
+
+/// Climbs to the nearest top of a likelihood by damped scoring. `None` where it is not defined at
+/// `start`.
+pub(super) fn climb<const N: usize>(
+    start: SVector<f64, N>,
+    likelihood: impl Fn(&SVector<f64, N>) -> Option<Likelihood<N>>,
+) -> Option<(SVector<f64, N>, Likelihood<N>)> {
+    let mut here = start;
+    let mut at_here = likelihood(&here).filter(|l| l.log.is_finite())?;
+    let mut damping = 1e-3;
+    for _ in 0..CLIMB_STEPS {
+        let mut normal = at_here.information;
+        for k in 0..N {
+            normal[(k, k)] += damping * normal[(k, k)] + f64::MIN_POSITIVE;
+        }
+        let Some(step) = normal.cholesky().map(|c| c.solve(&at_here.gradient)) else {
+            damping = (damping * 10.0).max(1e-6);
+            continue;
+        };
+        let there = here + step;
+        match likelihood(&there).filter(|l| l.log > at_here.log) {
+            Some(better) => {
+                let gained = better.log - at_here.log;
+                (here, at_here) = (there, better);
+                damping /= 10.0;
+                if gained < CLIMB_TOLERANCE {
+                    break;
+                }
+            }
+            None if step.dot(&at_here.gradient) < CLIMB_TOLERANCE => break,
+            None => damping = (damping * 10.0).max(1e-6),
+        }
+    }
+    Some((here, at_here))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Between, Likelihood, climb, typical_gap_m};
+    use nalgebra::Vector2;
+
+    #[test]
+    fn a_blurred_step_has_its_known_values_and_slopes() {
+        let b = Between::new(0.5, 0.0, 1.0, 0.5);
+        // scipy.stats.norm.cdf(1) - cdf(-1)
+        assert!((b.share - 0.682_689_492_137_086).abs() < 1e-12);
+        let h = 1e-6;
+        for (u, low, high) in [(0.1, 0.0, 1.0), (1.3, 0.2, 1.0), (-0.4, 0.0, 0.7)] {
+            let b = Between::new(u, low, high, 0.3);
+            let by_low = (Between::new(u, low + h, high, 0.3).share - b.share) / h;
+            let by_high = (Between::new(u, low, high + h, 0.3).share - b.share) / h;
+            let by_place = (Between::new(u + h, low, high, 0.3).share - b.share) / h;
+            assert!((b.by_low - by_low).abs() < 1e-5);
+            assert!((b.by_high - by_high).abs() < 1e-5);
+            assert!((b.by_place() - by_place).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn rows_give_their_spacing_and_outliers_do_not_count() {
+        let mut rows: Vec<f64> = (0..100).map(|i| f64::from(i / 10) * 0.2).collect();
+        rows.push(2.5);
+        assert!((typical_gap_m(&mut rows) - 0.2).abs() < 1e-12);
+        assert!(typical_gap_m(&mut []).abs() < 1e-12);
+    }
+
+    #[test]
+    fn edges_of_a_blurred_interval_are_found() {
+        // The quantiles of a uniform law on [-0.3, 0.9], blurred by the nodes of a normal law.
+        let sigma = 0.03;
+        let blur = [-1.5, -0.5, 0.5, 1.5].map(|z| z * sigma / 1.25_f64.sqrt());
+        let mut places = Vec::new();
+        for k in 0..100 {
+            let u = -0.3 + 1.2 * (f64::from(k) + 0.5) / 100.0;
+            places.extend(blur.map(|b| u + b));
+        }
+        let (edges, at) = climb(Vector2::new(-0.5, 1.2), |x: &Vector2<f64>| {
+            let mut l = Likelihood::zero();
+            for &u in &places {
+                let b = Between::new(u, x[0], x[1], sigma);
+                let length = x[1] - x[0];
+                let share = b.share.max(1e-12);
+                let gradient = Vector2::new(
+                    b.by_low / share + 1.0 / length,
+                    b.by_high / share - 1.0 / length,
+                );
+                l.add((share / length).ln(), &gradient);
+            }
+            Some(l)
+        })
+        .expect("defined");
+        assert!((edges - Vector2::new(-0.3, 0.9)).norm() < 0.01, "{edges}");
+        assert!(at.gradient.norm() < 1e-2 * at.information.trace().sqrt());
+    }
+}
