@@ -120,6 +120,10 @@ pub(super) const SAME_ANSWER_M: f64 = 2e-3;
 /// Sine of the elevation over a cylinder's cap from which it is in full sight; 10 deg, below which
 /// lasers hardly see a surface.
 pub(super) const CAP_IN_SIGHT_SIN: f64 = 0.17;
+/// Relative tolerance of the matching: a ten-thousandth of a standard deviation is far below it.
+pub(super) const TOLERANCE: f64 = 1e-4;
+/// Evaluations per parameter at most.
+pub(super) const PATIENCE: usize = 12;
 /// Prior precision of every fitted parameter (units: spreads, radians, logarithms): keeps what
 /// the data leave open finite, at ten units.
 pub(super) const PRIOR_PRECISION: f64 = 1e-2;

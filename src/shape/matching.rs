@@ -1,10 +1,9 @@
 //! Covariance matching as least squares (Eq. 10-13, made well-posed): a primitive's visible
 //! moments against the observed ones, and its surface against the points.
 
-use super::constants::STEP;
 use super::constants::{
     LEAST_NOISE_M, LOG_NOISE_SD, LOG_VARIANCE_MISFIT, MEAN_MISFIT, MOMENT_FLOOR_M, OUTLIER_SIGMAS,
-    PRIOR_PRECISION,
+    PATIENCE, PRIOR_PRECISION, STEP, TOLERANCE,
 };
 use super::moments::surface_moments;
 use super::primitive::Primitive;
@@ -230,8 +229,8 @@ pub(super) fn matched(
         x: DVector::zeros(start.parameters() + 1),
     };
     let (problem, _) = LevenbergMarquardt::new()
-        .with_tol(1e-6)
-        .with_patience(12)
+        .with_tol(TOLERANCE)
+        .with_patience(PATIENCE)
         .minimize(problem);
     let cost = problem.try_residuals(&problem.x)?.norm_squared();
     let primitive = problem.primitive(&problem.x)?;

@@ -104,7 +104,7 @@ impl Primitive {
     }
 
     /// Every patch that `sensor` sees.
-    pub(in crate::shape) fn visible(&self, sensor: &Point3<f64>, each: &mut dyn FnMut(Patch)) {
+    pub(in crate::shape) fn visible(&self, sensor: &Point3<f64>, each: &mut impl FnMut(Patch)) {
         match self {
             Self::Sphere(s) => s.visible(sensor, each),
             Self::Cylinder(c) => c.visible(sensor, each),
@@ -113,7 +113,7 @@ impl Primitive {
     }
 
     /// Every patch of the ideal surface.
-    pub(in crate::shape) fn whole(&self, each: &mut dyn FnMut(Patch)) {
+    pub(in crate::shape) fn whole(&self, each: &mut impl FnMut(Patch)) {
         match self {
             Self::Sphere(s) => s.whole(each),
             Self::Cylinder(c) => c.whole(each),

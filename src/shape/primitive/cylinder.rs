@@ -62,7 +62,7 @@ impl Cylinder {
 
     /// Patches that `sensor` can see: the near side of the mantle and the cap that faces it; none
     /// when it stands inside.
-    pub(super) fn visible(&self, sensor: &Point3<f64>, each: &mut dyn FnMut(Patch)) {
+    pub(super) fn visible(&self, sensor: &Point3<f64>, each: &mut impl FnMut(Patch)) {
         let (height, away) = self.split(sensor);
         let distance = away.norm();
         if distance > self.radius_m {
@@ -75,11 +75,11 @@ impl Cylinder {
     }
 
     /// Patches of the whole mantle (an ideal cylinder has no caps).
-    pub(super) fn whole(&self, each: &mut dyn FnMut(Patch)) {
+    pub(super) fn whole(&self, each: &mut impl FnMut(Patch)) {
         self.mantle(&perpendicular(&self.axis), std::f64::consts::PI, each);
     }
 
-    fn mantle(&self, towards: &Unit<Vector3<f64>>, half_angle: f64, each: &mut dyn FnMut(Patch)) {
+    fn mantle(&self, towards: &Unit<Vector3<f64>>, half_angle: f64, each: &mut impl FnMut(Patch)) {
         let side = self.axis.cross(towards);
         let half = self.length_m / 2.0;
         for (angle, angle_weight) in interval(-half_angle, half_angle) {
@@ -95,13 +95,13 @@ impl Cylinder {
         }
     }
 
-    fn cap(&self, sign: f64, each: &mut dyn FnMut(Patch)) {
+    fn cap(&self, sign: f64, each: &mut impl FnMut(Patch)) {
         let e1 = perpendicular(&self.axis);
         let e2 = self.axis.cross(&e1);
         let normal = self.axis.as_ref() * sign;
         let middle = self.centre + normal * (self.length_m / 2.0);
         for (radius, weight) in interval(0.0, self.radius_m) {
-            for (c, s, step) in circle(8) {
+            for (c, s, step) in circle(6) {
                 each(Patch {
                     at: middle + e1.as_ref() * (radius * c) + e2 * (radius * s),
                     normal,

@@ -28,17 +28,17 @@ impl Plane {
     }
 
     /// Patches of the rectangle, facing `sensor`.
-    pub(super) fn visible(&self, sensor: &Point3<f64>, each: &mut dyn FnMut(Patch)) {
+    pub(super) fn visible(&self, sensor: &Point3<f64>, each: &mut impl FnMut(Patch)) {
         let side = self.distance_m(sensor);
         self.patches(if side < 0.0 { -1.0 } else { 1.0 }, each);
     }
 
     /// Patches of the rectangle.
-    pub(super) fn whole(&self, each: &mut dyn FnMut(Patch)) {
+    pub(super) fn whole(&self, each: &mut impl FnMut(Patch)) {
         self.patches(1.0, each);
     }
 
-    fn patches(&self, sign: f64, each: &mut dyn FnMut(Patch)) {
+    fn patches(&self, sign: f64, each: &mut impl FnMut(Patch)) {
         let [a, b] = self.sides_m;
         let m = self.rotation.matrix();
         let normal = m.column(2) * sign;

@@ -10,22 +10,20 @@ pub(in crate::shape) struct Patch {
     pub area: f64,
 }
 
-/// Nodes and weights of the 8-point Gauss-Legendre rule on [-1, 1], exact to degree 15.
-const GAUSS_8: [(f64, f64); 8] = [
-    (-0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
-    (-0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
-    (-0.525_532_409_916_329, 0.313_706_645_877_887_27),
-    (-0.183_434_642_495_649_8, 0.362_683_783_378_361_96),
-    (0.183_434_642_495_649_8, 0.362_683_783_378_361_96),
-    (0.525_532_409_916_329, 0.313_706_645_877_887_27),
-    (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
-    (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
+/// Nodes and weights of the 5-point Gauss-Legendre rule on [-1, 1], exact to degree 9: second
+/// moments of a surface with a smooth density leave an error of some 1e-4.
+const GAUSS_5: [(f64, f64); 5] = [
+    (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
+    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+    (0.0, 0.568_888_888_888_888_9),
+    (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+    (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
 
 /// Nodes and weights of the rule on [`from`, `to`].
 pub(in crate::shape) fn interval(from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
     let (half, middle) = ((to - from) / 2.0, f64::midpoint(from, to));
-    GAUSS_8
+    GAUSS_5
         .iter()
         .map(move |(node, weight)| (middle + half * node, half * weight))
 }
@@ -46,8 +44,8 @@ mod tests {
 
     #[test]
     fn rules_integrate_known_functions() {
-        let degree_15: f64 = interval(0.0, 2.0).map(|(x, w)| w * x.powi(15)).sum();
-        assert!((degree_15 / (2f64.powi(16) / 16.0) - 1.0).abs() < 1e-12);
+        let degree_9: f64 = interval(0.0, 2.0).map(|(x, w)| w * x.powi(9)).sum();
+        assert!((degree_9 / (2f64.powi(10) / 10.0) - 1.0).abs() < 1e-12);
         let cos_squared: f64 = circle(8).map(|(c, _, w)| w * c * c).sum();
         assert!((cos_squared - std::f64::consts::PI).abs() < 1e-12);
     }

@@ -26,7 +26,7 @@ impl Sphere {
     }
 
     /// Patches that `sensor` can see; none when it stands inside.
-    pub(super) fn visible(&self, sensor: &Point3<f64>, each: &mut dyn FnMut(Patch)) {
+    pub(super) fn visible(&self, sensor: &Point3<f64>, each: &mut impl FnMut(Patch)) {
         let to_sensor = sensor - self.centre;
         let distance = to_sensor.norm();
         if distance > self.radius_m {
@@ -37,16 +37,16 @@ impl Sphere {
     }
 
     /// Patches of the whole surface.
-    pub(super) fn whole(&self, each: &mut dyn FnMut(Patch)) {
+    pub(super) fn whole(&self, each: &mut impl FnMut(Patch)) {
         self.belt(&Vector3::z_axis(), -1.0, each);
     }
 
-    fn belt(&self, axis: &Unit<Vector3<f64>>, from_cos: f64, each: &mut dyn FnMut(Patch)) {
+    fn belt(&self, axis: &Unit<Vector3<f64>>, from_cos: f64, each: &mut impl FnMut(Patch)) {
         let e1 = perpendicular(axis);
         let e2 = axis.cross(&e1);
         for (cos, weight) in interval(from_cos, 1.0) {
             let sin = (1.0 - cos * cos).max(0.0).sqrt();
-            for (c, s, step) in circle(8) {
+            for (c, s, step) in circle(6) {
                 let normal = axis.as_ref() * cos + e1.as_ref() * (sin * c) + e2 * (sin * s);
                 each(Patch {
                     at: self.centre + normal * self.radius_m,
