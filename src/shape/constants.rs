@@ -92,6 +92,8 @@ pub(super) const UNLIKELY_PENALTY: f64 = 10.0;
 /// Fits of one class whose moments cost this much more than its best (as -2 ln odds) are given up
 /// before the points are asked.
 pub(super) const PROMISING_COST: f64 = 40.0;
+/// Fits of one class that are judged again by the spread of the points.
+pub(super) const MOST_JUDGED: usize = 1;
 /// Share of points next to a surface that belong to something else (segmentation leaves some).
 pub(super) const FOREIGN_SHARE: f64 = 0.02;
 /// Least blur of an edge, share of the spacing of the points: keeps the likelihood smooth.

@@ -1,8 +1,8 @@
 //! Method B: which class's visible moments are the novelty's (Algorithm 2, one novelty at a time).
 
 use super::constants::{
-    LEAST_AXIS_VIEW_RAD, LEAST_LENGTH_SHARE, MOST_FITTED_POINTS, MOST_WITNESSES, PROMISING_COST,
-    ROUGHNESS_SHARE, SAME_ANSWER_M, UNLIKELY_PENALTY,
+    LEAST_AXIS_VIEW_RAD, LEAST_LENGTH_SHARE, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES,
+    PROMISING_COST, ROUGHNESS_SHARE, SAME_ANSWER_M, UNLIKELY_PENALTY,
 };
 use super::matching::{Matched, Observed, Witness, matched};
 use super::primitive::Primitive;
@@ -125,7 +125,11 @@ fn judged(observed: &Observed, fits: Vec<Vec<Matched>>) -> Vec<Vec<Matched>> {
         };
         fits.into_iter().map(class).collect()
     };
-    let fits = again(first, fits);
+    let mut fits = again(first, fits);
+    for class in &mut fits {
+        class.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        class.truncate(MOST_JUDGED);
+    }
     let least = fits
         .iter()
         .flatten()
