@@ -43,7 +43,7 @@ pub(super) fn candidates(
         })
         .collect();
     if settings.points_judge {
-        fits = judged(&observed, fits);
+        fits = judged(&observed, fits, &view);
     }
     let mut scored: Vec<(f64, Matched)> = fits
         .into_iter()
@@ -114,7 +114,11 @@ fn promising(mut fits: Vec<Matched>) -> Vec<Matched> {
 
 /// Matches again with the points as witnesses. Where even the best surface lies farther from them
 /// than the noise, that distance is taken as their spread, so that a rough thing stays uncertain.
-fn judged(observed: &Observed, fits: Vec<Vec<Matched>>) -> Vec<Vec<Matched>> {
+fn judged(
+    observed: &Observed,
+    fits: Vec<Vec<Matched>>,
+    view: &Unit<Vector3<f64>>,
+) -> Vec<Vec<Matched>> {
     let expected = observed.noise_m.hypot(ROUGHNESS_SHARE * observed.scale_m);
     let first = witness(observed, expected);
     let again = |witness: Witness, fits: Vec<Vec<Matched>>| -> Vec<Vec<Matched>> {
@@ -127,7 +131,7 @@ fn judged(observed: &Observed, fits: Vec<Vec<Matched>>) -> Vec<Vec<Matched>> {
     };
     let mut fits = again(first, fits);
     for class in &mut fits {
-        class.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        class.sort_by(|a, b| score(observed, a, view).total_cmp(&score(observed, b, view)));
         class.truncate(MOST_JUDGED);
     }
     let least = fits
