@@ -64,10 +64,18 @@ fn passes(thing: &Thing, spacing_rad: f64, settings: &SegmentSettings) -> bool {
     thing.support >= least_support && rows >= settings.thin_width_spacings
 }
 
-/// Distance within which points of one thing lie, at the range of `p`.
+/// Distance within which points of one thing lie, at the range of `p`. Where points lie closer together than usual it is
+/// their own spacing that counts: a dense thing before a thinly seen wall does not reach across to it.
 fn link_m(own: &Prepared, p: &Point3<f64>, least_m: f64, settings: &SegmentSettings) -> f64 {
-    let range_m = (p - own.view.origin).norm();
-    least_m.max(settings.link_spacings * own.rays.spacing_rad * range_m)
+    let beam = p - own.view.origin;
+    let range_m = beam.norm();
+    let usual_m = settings.link_spacings * own.rays.spacing_rad * range_m;
+    if usual_m <= least_m || range_m <= 0.0 {
+        return least_m;
+    }
+    let density = own.rays.density_per_sr(&(beam / range_m)).max(1.0);
+    let crowding = (density / own.rays.mean_density_per_sr).max(1.0).sqrt();
+    least_m.max(usual_m / crowding)
 }
 
 /// Seeds, and the less sure points near them.
@@ -98,9 +106,17 @@ fn grow(own: &Prepared, evidence: &[Evidence], settings: &SegmentSettings) -> Ve
 fn connect(own: &Prepared, members: &[usize], settings: &SegmentSettings) -> Vec<Vec<usize>> {
     let places: Vec<Point3<f64>> = members.iter().map(|i| own.view.points[*i]).collect();
     let grid = Grid::new(&places, settings.link_m);
+    let reach_m: Vec<f64> = places
+        .iter()
+        .map(|p| link_m(own, p, settings.link_m, settings))
+        .collect();
     let mut parent: Vec<usize> = (0..places.len()).collect();
     for (i, p) in places.iter().enumerate() {
-        grid.for_each_within(p, link_m(own, p, settings.link_m, settings), |j, _| {
+        grid.for_each_within(p, reach_m[i], |j, apart_2| {
+            // Near by the measure of both, or far things at long range draw in what is near.
+            if apart_2.sqrt() > reach_m[j] {
+                return;
+            }
             let (a, b) = (root(&mut parent, i), root(&mut parent, j));
             // The lower index leads, whatever the order of the visits.
             parent[a.max(b)] = a.min(b);

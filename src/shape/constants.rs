@@ -92,6 +92,15 @@ pub(super) const UNLIKELY_PENALTY: f64 = 10.0;
 /// Fits of one class whose moments cost this much more than its best (as -2 ln odds) are given up
 /// before the points are asked.
 pub(super) const PROMISING_COST: f64 = 40.0;
+/// Neighbours that a point of a thing has within `LONELY_DISTANCES` usual distances; clusters of
+/// no more are strays.
+pub(super) const LONELY_COMPANY: usize = 3;
+/// See `LONELY_COMPANY`: rows of a scan part by up to some three times where a surface slants away.
+pub(super) const LONELY_DISTANCES: f64 = 4.0;
+/// Points whose neighbours tell the usual distance.
+pub(super) const LONELY_SAMPLE: usize = 200;
+/// More than this share of all points is no set of strays but a thing of its own kind.
+pub(super) const MOST_LONELY_SHARE: f64 = 0.2;
 /// Fits of one class that are judged again by the spread of the points.
 pub(super) const MOST_JUDGED: usize = 1;
 /// Share of points next to a surface that belong to something else (segmentation leaves some).

@@ -11,6 +11,7 @@ mod euclidean;
 #[cfg(test)]
 mod laws;
 mod lengths;
+mod lonely;
 mod matching;
 mod model;
 mod moments;

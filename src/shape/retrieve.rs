@@ -4,6 +4,7 @@ use super::constants::{LEAST_NOISE_M, LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SH
 use super::covariance::{Candidate, candidates};
 use super::euclidean::{by_consensus, primitives};
 use super::lengths::{Look, measured};
+use super::lonely::in_company;
 use super::model::{Alternative, Class, Method, Retrieval, Shape};
 use super::settings::{Choice, ShapeSettings};
 use crate::mixture::{Gaussian, Mixture};
@@ -60,7 +61,10 @@ pub fn retrieve(
     settings: &ShapeSettings,
     seed: u64,
 ) -> Result<Retrieval, ShapeError> {
-    let own = checked(points, sensor_origin)?;
+    checked(points, sensor_origin)?;
+    let kept = in_company(points);
+    let own = checked(&kept, sensor_origin)?;
+    let points = kept.as_slice();
     let noise_m = settings
         .noise
         .sigma_m((own.mean - sensor_origin).norm())
