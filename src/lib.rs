@@ -3,7 +3,8 @@
 //! Data walks one corridor, and the rooms below are listed in its order:
 //! bytes -> scans -> sweep -> mixture -> distance -> novelty -> shape -> alarm -> log.
 //! Every room's front page says what it takes and what it gives; a room may use the rooms listed
-//! above it and never those below (`tests/layering.rs` keeps this). `evaluate` stands beside the corridor and walks it.
+//! above it and never those below (`tests/layering.rs` keeps this). `evaluate` and
+//! `reproduce` stand beside the corridor and walk it.
 
 pub mod geometry;
 pub mod formats;
@@ -21,4 +22,5 @@ pub mod world;
 pub mod devices;
 pub mod service;
 pub mod evaluate;
+pub mod reproduce;
 pub mod cli;

@@ -2,7 +2,7 @@
 
 use super::failure::Outcome;
 use super::{
-    alarms, compare, config, demo, devices, distance, emulate, evaluate, fit, rejudge,
+    alarms, compare, config, demo, devices, distance, emulate, evaluate, fit, rejudge, reproduce,
     run as service, shapes, sweep, teach, visit, waypoints,
 };
 use clap::{Parser, Subcommand};
@@ -48,6 +48,8 @@ enum Command {
     Alarms(alarms::AlarmsArgs),
     /// The engine on hundreds of simulated pairs, and how often it is right
     Evaluate(evaluate::EvaluateArgs),
+    /// The paper's tables beside ours
+    Reproduce(reproduce::ReproduceArgs),
     /// Judge a stored sweep again, under the settings in force now; nothing is written
     Rejudge(rejudge::RejudgeArgs),
 }
@@ -70,6 +72,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Waypoints(args) => waypoints::run(args),
         Command::Alarms(args) => alarms::run(args),
         Command::Evaluate(args) => evaluate::run(args),
+        Command::Reproduce(args) => reproduce::run(args),
         Command::Rejudge(args) => rejudge::run(args),
     };
     match outcome {

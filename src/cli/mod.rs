@@ -19,6 +19,7 @@ mod fit;
 mod output;
 mod progress;
 mod rejudge;
+mod reproduce;
 mod run;
 mod shapes;
 mod stopwatch;

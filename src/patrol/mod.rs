@@ -11,6 +11,6 @@ mod report;
 mod settings;
 
 pub use inspect::{Inspection, Stage, inspect, prepare};
-pub use record::{MethodsRecord, NoveltyRecord, ShapeRecord};
+pub use record::{MethodsRecord, NoveltyRecord, ShapeRecord, class_word};
 pub use report::{PoseCorrection, Report, SideReport};
 pub use settings::EngineSettings;

@@ -74,18 +74,17 @@ pub fn retrieve(
     } else {
         own
     };
-    let (covariance, ransac) = rayon::join(
-        || {
-            let found = candidates(points, &moments, sensor_origin, noise_m, settings);
-            told(points, sensor_origin, found, noise_m, settings)
-        },
-        || by_consensus(points, mixture, sensor_origin, noise_m, settings, seed),
-    );
-    let chosen = match settings.choice {
-        Choice::Auto => covariance.as_ref().or(ransac.as_ref()),
-        Choice::Covariance => covariance.as_ref(),
-        Choice::Ransac => ransac.as_ref(),
+    let matching = || {
+        let found = candidates(points, &moments, sensor_origin, noise_m, settings);
+        told(points, sensor_origin, found, noise_m, settings)
     };
+    let consensus = || by_consensus(points, mixture, sensor_origin, noise_m, settings, seed);
+    let (covariance, ransac) = match settings.choice {
+        Choice::Auto => rayon::join(matching, consensus),
+        Choice::Covariance => (matching(), None),
+        Choice::Ransac => (None, consensus()),
+    };
+    let chosen = covariance.as_ref().or(ransac.as_ref());
     let best = chosen.cloned().ok_or(ShapeError::NothingFits {
         points: points.len(),
     })?;

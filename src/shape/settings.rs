@@ -7,11 +7,11 @@ use nalgebra::{Unit, Vector3};
 /// Which method answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Choice {
-    /// Covariance matching with the points as judge; RANSAC where that has no answer.
+    /// Covariance matching with the points as judge; RANSAC where that has no answer. Both are told.
     Auto,
-    /// Method B alone answers.
+    /// Method B alone is asked.
     Covariance,
-    /// Method A alone answers.
+    /// Method A alone is asked.
     Ransac,
 }
 

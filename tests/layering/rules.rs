@@ -6,17 +6,37 @@ use super::source::Source;
 pub type Rule = fn(&Source) -> Vec<String>;
 
 /// The rooms in the order in which data walks them; a room may use itself and those before it.
-pub const CORRIDOR: [&str; 17] = [
-    "geometry", "formats", "scan", "sweep", "mixture", "distance", "novelty", "shape", "alarm",
-    "patrol", "config", "store", "world", "devices", "service", "evaluate", "cli",
+pub const CORRIDOR: [&str; 18] = [
+    "geometry",
+    "formats",
+    "scan",
+    "sweep",
+    "mixture",
+    "distance",
+    "novelty",
+    "shape",
+    "alarm",
+    "patrol",
+    "config",
+    "store",
+    "world",
+    "devices",
+    "service",
+    "evaluate",
+    "reproduce",
+    "cli",
 ];
 
 /// Rooms that use less than their place in the corridor would let them.
-const NARROWER: [(&str, &[&str]); 2] = [
+const NARROWER: [(&str, &[&str]); 3] = [
     ("world", &["geometry", "formats"]),
     (
         "evaluate",
         &["geometry", "formats", "sweep", "novelty", "patrol", "world"],
+    ),
+    (
+        "reproduce",
+        &["geometry", "mixture", "novelty", "shape", "patrol", "world"],
     ),
 ];
 

@@ -1,0 +1,221 @@
+//! The command itself: which scenes, in which ways, on how many threads.
+
+use super::tell::Report;
+use crate::cli::failure::{DONE, Failure, Outcome};
+use crate::cli::{output, progress};
+use crate::reproduce::{Corridor, Density, Look, Mark, Noise, Site, Thing, Way, judge, score};
+use crate::world::SceneError;
+use clap::{Args, ValueEnum};
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Arguments of `reproduce`.
+#[derive(Debug, Args)]
+pub struct ReproduceArgs {
+    /// Which table
+    #[arg(value_enum)]
+    table: TableArg,
+    /// Seed of everything random
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// table1: scenes of each class, and as many empty ones [default: 100]; table2: repeats at each site [default: 10]
+    #[arg(long, value_name = "N")]
+    scenes: Option<usize>,
+    /// table1: only this reading of the noise and this number of points
+    #[arg(long, value_enum)]
+    set: Option<SetArg>,
+    /// Only this column (may be repeated)
+    #[arg(long, value_name = "NAME", value_parser = way)]
+    way: Vec<Way>,
+    /// Exactly this scene, as the list of misses names it, such as sphere-17
+    #[arg(long, value_name = "NAME")]
+    scene: Option<String>,
+    /// Scenes at a time; times mean something with 1 alone
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    threads: usize,
+    /// Report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TableArg {
+    /// Simulated data: one thing in a corridor of 400 points
+    Table1,
+    /// Three test sites: a door opened, a person in a corridor, a door closed
+    Table2,
+}
+
+/// The sets of table1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SetArg {
+    /// Noise of variance 0.001 m^2, 60-120 points on the thing
+    Printed,
+    /// The same, 15-30 points
+    PrintedFew,
+    /// Noise of 1 mm, 60-120 points
+    Fine,
+    /// The same, 15-30 points
+    FineFew,
+}
+
+impl SetArg {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Printed => "printed",
+            Self::PrintedFew => "printed-few",
+            Self::Fine => "fine",
+            Self::FineFew => "fine-few",
+        }
+    }
+
+    fn of(self) -> (Noise, Density) {
+        match self {
+            Self::Printed => (Noise::Printed, Density::Many),
+            Self::PrintedFew => (Noise::Printed, Density::Few),
+            Self::Fine => (Noise::Fine, Density::Many),
+            Self::FineFew => (Noise::Fine, Density::Few),
+        }
+    }
+}
+
+fn way(text: &str) -> Result<Way, String> {
+    let words = || Way::ALL.map(Way::word).join(", ");
+    let found = Way::ALL.into_iter().find(|w| w.word() == text);
+    found.ok_or_else(|| format!("expected one of: {}", words()))
+}
+
+/// One scene to be judged.
+#[derive(Debug, Clone, Copy)]
+enum Planned {
+    Corridor(SetArg, Corridor),
+    Site(Site, usize),
+}
+
+impl Planned {
+    fn set(&self) -> &'static str {
+        match self {
+            Self::Corridor(set, _) => set.word(),
+            Self::Site(..) => "sites",
+        }
+    }
+
+    /// What it is a scene of.
+    fn of(&self) -> &'static str {
+        match self {
+            Self::Corridor(_, corridor) => corridor.thing.word(),
+            Self::Site(site, _) => site.word(),
+        }
+    }
+
+    fn name(&self) -> String {
+        match self {
+            Self::Corridor(_, corridor) => corridor.name(),
+            Self::Site(site, repeat) => format!("{}-{repeat}", site.word()),
+        }
+    }
+
+    fn look(&self, seed: u64) -> Result<Look, SceneError> {
+        match self {
+            Self::Corridor(_, corridor) => corridor.look(seed),
+            Self::Site(site, repeat) => site.look(*repeat, seed),
+        }
+    }
+}
+
+/// What one scene gave in one way.
+#[derive(Debug, Clone)]
+pub struct Done {
+    /// The set that it belongs to.
+    pub set: &'static str,
+    /// What it is a scene of.
+    pub of: &'static str,
+    /// The column.
+    pub way: Way,
+    /// What came of it.
+    pub mark: Mark,
+}
+
+impl ReproduceArgs {
+    fn plan(&self) -> Vec<Planned> {
+        let planned: Vec<Planned> = match self.table {
+            TableArg::Table1 => {
+                let sets = SetArg::value_variants().iter().copied();
+                let sets = sets.filter(|set| self.set.is_none_or(|only| only == *set));
+                let number = self.scenes.unwrap_or(Corridor::SCENES);
+                let scenes = |set: SetArg| {
+                    let (noise, density) = set.of();
+                    Thing::ALL.into_iter().flat_map(move |thing| {
+                        (0..number).map(move |number| {
+                            let corridor = Corridor {
+                                thing,
+                                noise,
+                                density,
+                                number,
+                            };
+                            Planned::Corridor(set, corridor)
+                        })
+                    })
+                };
+                sets.flat_map(scenes).collect()
+            }
+            TableArg::Table2 => {
+                let number = self.scenes.unwrap_or(Site::REPEATS);
+                let repeats = |site| (0..number).map(move |k| Planned::Site(site, k));
+                Site::ALL.into_iter().flat_map(repeats).collect()
+            }
+        };
+        let wanted = |p: &Planned| self.scene.as_ref().is_none_or(|name| *name == p.name());
+        planned.into_iter().filter(wanted).collect()
+    }
+}
+
+/// Runs `reproduce`.
+pub fn run(args: &ReproduceArgs) -> Outcome {
+    let planned = args.plan();
+    if planned.is_empty() {
+        return Err(Failure::Usage(
+            "no scene is left by --scene, --set and --scenes".to_owned(),
+        ));
+    }
+    let ways = match args.way.as_slice() {
+        [] => Way::ALL.to_vec(),
+        some => some.to_vec(),
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.threads)
+        .build()
+        .map_err(Failure::failed)?;
+    let began = Instant::now();
+    let clock = || began.elapsed().as_secs_f64() * 1e3;
+    let bar = progress::bar(planned.len(), "scenes");
+    let one = |planned: &Planned| -> Result<Vec<Done>, Failure> {
+        let look = planned.look(args.seed).map_err(Failure::failed)?;
+        let done = ways.iter().map(|way| {
+            let judged = judge(&look, *way, &clock).map_err(Failure::failed)?;
+            Ok(Done {
+                set: planned.set(),
+                of: planned.of(),
+                way: *way,
+                mark: score(&look, &judged),
+            })
+        });
+        bar.inc(1);
+        done.collect()
+    };
+    let done: Result<Vec<Vec<Done>>, Failure> =
+        pool.install(|| planned.par_iter().with_max_len(1).map(one).collect());
+    bar.finish_and_clear();
+    let done: Vec<Done> = done?.into_iter().flatten().collect();
+    let table = match args.table {
+        TableArg::Table1 => 1,
+        TableArg::Table2 => 2,
+    };
+    let report = Report::new(table, args.seed, clock() / 1e3, &done);
+    if args.json {
+        output::json(&report)?;
+    } else {
+        output::line(report.prose(args.threads == 1))?;
+    }
+    Ok(DONE)
+}

@@ -1,0 +1,6 @@
+//! `patrold reproduce table1|table2`: the paper's tables beside ours.
+
+mod command;
+mod tell;
+
+pub use command::{ReproduceArgs, run};
