@@ -1,6 +1,7 @@
 //! The tables for people, and the JSON.
 
 use super::command::Done;
+use super::numbers::Figures;
 use crate::cli::table;
 use crate::patrol::class_word;
 use crate::reproduce::{Mark, PAPER, PaperColumn, Row};
@@ -15,6 +16,7 @@ pub struct Report {
     seconds: f64,
     paper: Vec<Paper>,
     rows: Vec<Line>,
+    figures: Option<Figures>,
     misses: Vec<Miss>,
 }
 
@@ -86,7 +88,13 @@ impl Line {
 
 impl Report {
     /// The report of these scenes.
-    pub fn new(table: u8, seed: u64, seconds: f64, done: &[Done]) -> Self {
+    pub fn new(
+        table: u8,
+        seed: u64,
+        seconds: f64,
+        done: &[Done],
+        figures: Option<Figures>,
+    ) -> Self {
         let mut rows = Vec::new();
         let mut keys: Vec<_> = done.iter().map(|d| (d.set, d.way)).collect();
         let mut seen = std::collections::HashSet::new();
@@ -127,6 +135,7 @@ impl Report {
                 .map(paper)
                 .collect(),
             rows,
+            figures,
             misses: misses.collect(),
         }
     }
@@ -143,6 +152,7 @@ impl Report {
             let Some(first) = rows.first() else { continue };
             parts.push(format!("\n{}\n{}", first.set, self.set(rows, timed)));
         }
+        parts.extend(self.figures.as_ref().map(|f| format!("\n{}", f.prose())));
         parts.join("\n")
     }
 
