@@ -10,6 +10,7 @@ use super::ransac::{Detected, RansacSettings, detect, estimate_normals, surface_
 use super::settings::{RansacSource, ShapeSettings};
 use crate::mixture::{Gaussian, Mixture};
 use nalgebra::{Point3, Vector3};
+use std::borrow::Cow;
 
 /// Method A's answer: the primitive with most inliers, its probability their share. `None` if no
 /// primitive has enough.
@@ -33,8 +34,7 @@ pub(super) fn by_consensus(
             (points.len(), detect(&points, &normals, &chosen, seed))
         }
         _ => {
-            let stride = points.len().div_ceil(MOST_CONSENSUS_POINTS).max(1);
-            let points: Vec<_> = points.iter().step_by(stride).copied().collect();
+            let points = evenly(points, MOST_CONSENSUS_POINTS);
             let found = on_points(&points, None, sensor, noise_m, settings, ANSWERS, seed);
             (points.len(), found)
         }
@@ -59,7 +59,7 @@ pub(super) fn by_consensus(
         .collect();
     alternatives.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let near_m = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread_m(points));
-    let mut shape = worded(&best, points, sensor, settings.independent_share);
+    let mut shape = worded(&best, points.iter(), sensor, settings.independent_share);
     shape.probability = share(best.class()).min(1.0);
     shape.alternatives = alternatives;
     shape.inliers = points
@@ -82,10 +82,16 @@ pub fn primitives(
 ) -> Vec<Shape> {
     let finite = |p: &Point3<f64>| p.iter().all(|v| v.is_finite());
     let normals = normals.filter(|n| n.len() == points.len());
-    let kept: Vec<usize> = (0..points.len()).filter(|&i| finite(&points[i])).collect();
-    let own: Vec<_> = kept.iter().map(|&i| points[i]).collect();
-    let normals: Option<Vec<_>> = normals.map(|n| kept.iter().map(|&i| n[i]).collect());
-    let range_m = Gaussian::of_points(&own).map_or(0.0, |g| (g.mean - sensor_origin).norm());
+    let (own, normals) = if points.iter().all(finite) {
+        (Cow::Borrowed(points), normals.map(Cow::Borrowed))
+    } else {
+        let sound = |i: &usize| finite(&points[*i]);
+        let kept: Vec<usize> = (0..points.len()).filter(sound).collect();
+        let normals = normals.map(|n| kept.iter().map(|&i| n[i]).collect());
+        (kept.iter().map(|&i| points[i]).collect(), normals)
+    };
+    let some = evenly(&own, MOST_CONSENSUS_POINTS);
+    let range_m = Gaussian::of_points(&some).map_or(0.0, |g| (g.mean - sensor_origin).norm());
     let noise_m = settings.noise.sigma_m(range_m).max(LEAST_NOISE_M);
     let most = usize::MAX;
     let mut found = on_points(&own, normals, sensor_origin, noise_m, settings, most, seed);
@@ -93,15 +99,10 @@ pub fn primitives(
     found
         .iter()
         .map(|d| {
-            let own: Vec<_> = d
-                .inliers
-                .iter()
-                .filter_map(|&i| own.get(i))
-                .copied()
-                .collect();
+            let inliers = d.inliers.iter().filter_map(|&i| own.get(i));
             let share = settings.independent_share;
-            let mut shape = worded(&d.primitive, &own, sensor_origin, share);
-            shape.probability = own.len() as f64 / points.len().max(1) as f64;
+            let mut shape = worded(&d.primitive, inliers, sensor_origin, share);
+            shape.probability = d.inliers.len() as f64 / points.len().max(1) as f64;
             shape
         })
         .collect()
@@ -109,19 +110,26 @@ pub fn primitives(
 
 fn on_points(
     points: &[Point3<f64>],
-    normals: Option<Vec<Vector3<f64>>>,
+    normals: Option<Cow<'_, [Vector3<f64>]>>,
     sensor: &Point3<f64>,
     noise_m: f64,
     settings: &ShapeSettings,
     most: usize,
     seed: u64,
 ) -> Vec<Detected> {
-    let epsilon_m = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread_m(points));
-    let chosen = settings
-        .ransac
-        .unwrap_or(RansacSettings::derived(points.len(), epsilon_m, most));
-    let normals = normals.unwrap_or_else(|| estimate_normals(points, sensor, NORMAL_NEIGHBOURS));
+    let chosen = settings.ransac.unwrap_or_else(|| {
+        let epsilon_m = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread_m(points));
+        RansacSettings::derived(points.len(), epsilon_m, most)
+    });
+    let normals =
+        normals.unwrap_or_else(|| estimate_normals(points, sensor, NORMAL_NEIGHBOURS).into());
     detect(points, &normals, &chosen, seed)
+}
+
+/// All points, or an even selection of at most `most`.
+fn evenly(points: &[Point3<f64>], most: usize) -> Vec<Point3<f64>> {
+    let stride = points.len().div_ceil(most).max(1);
+    points.iter().step_by(stride).copied().collect()
 }
 
 /// Standard deviation over all directions, metres.
@@ -131,17 +139,19 @@ fn spread_m(points: &[Point3<f64>]) -> f64 {
 
 /// A primitive in the room's words. Its uncertainty is that of a least-squares fit to `own`
 /// points, residual times sqrt(k / n), and of their spacing where extents count.
-fn worded(
+fn worded<'a>(
     primitive: &Primitive,
-    own: &[Point3<f64>],
+    own: impl Iterator<Item = &'a Point3<f64>>,
     sensor: &Point3<f64>,
     independent_share: f64,
 ) -> Shape {
-    let n = (own.len() as f64).max(1.0);
-    let squares = own
-        .iter()
-        .map(|p| primitive.visible_distance_m(p, sensor).powi(2));
-    let residual_m = (squares.sum::<f64>() / n).sqrt();
+    let (mut count, mut squares) = (0, 0.0);
+    for p in own {
+        count += 1;
+        squares += primitive.visible_distance_m(p, sensor).powi(2);
+    }
+    let n = f64::from(count).max(1.0);
+    let residual_m = (squares / n).sqrt();
     let size_m = primitive.size_m();
     let k = primitive.parameters() as f64;
     let surface_sd = residual_m * (k / (n * independent_share).max(1.0)).sqrt();
@@ -163,6 +173,6 @@ fn worded(
         size_m,
         size_sd_m,
         residual_m,
-        inliers: own.len(),
+        inliers: count as usize,
     }
 }
