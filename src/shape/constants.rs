@@ -113,8 +113,6 @@ pub(super) const LEAST_AZIMUTH_COS: f64 = 0.05;
 
 /// Step of the numerical derivatives; parameters are of order one.
 pub(super) const STEP: f64 = 1e-6;
-/// Primitives sought for one answer: the largest is mostly the first, not always.
-pub(super) const ANSWERS: usize = 2;
 
 #[cfg(test)]
 mod tests {

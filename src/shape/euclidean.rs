@@ -1,19 +1,19 @@
 //! Method A: primitives by consensus, of the novelty's points or of samples on its ellipsoids.
 
 use super::constants::{
-    ANSWERS, CONSENSUS_EPSILON_SHARE, LEAST_NOISE_M, MOST_CONSENSUS_POINTS, NORMAL_NEIGHBOURS,
+    CONSENSUS_EPSILON_SHARE, LEAST_NOISE_M, MOST_CONSENSUS_POINTS, NORMAL_NEIGHBOURS,
     ROUGHNESS_SHARE,
 };
 use super::model::{Alternative, Class, Method, Shape};
 use super::primitive::Primitive;
-use super::ransac::{Detected, RansacSettings, detect, estimate_normals, surface_samples};
+use super::ransac::{Judged, RansacSettings, classes, detect, estimate_normals, surface_samples};
 use super::settings::{RansacSource, ShapeSettings};
 use crate::mixture::{Gaussian, Mixture};
 use nalgebra::{Point3, Vector3};
 use std::borrow::Cow;
 
-/// Method A's answer: the primitive with most inliers, its probability their share. `None` if no
-/// primitive has enough.
+/// Method A's answer: the class that explains the points, or the samples, best with its parameters
+/// paid for; probabilities are the classes' posteriors. `None` if none has enough inliers.
 pub(super) fn by_consensus(
     points: &[Point3<f64>],
     mixture: &Mixture,
@@ -22,49 +22,51 @@ pub(super) fn by_consensus(
     settings: &ShapeSettings,
     seed: u64,
 ) -> Option<Shape> {
-    let (looked_at, found) = match settings.ransac_source {
+    let judged = match settings.ransac_source {
         RansacSource::Ellipsoids { samples, scale } if !mixture.is_empty() => {
             let (points, normals) = surface_samples(mixture, samples, scale, seed);
-            let epsilon_m = CONSENSUS_EPSILON_SHARE * spread_m(&points);
-            let chosen = settings.ransac.unwrap_or(RansacSettings::derived(
-                points.len(),
-                epsilon_m,
-                ANSWERS,
-            ));
-            (points.len(), detect(&points, &normals, &chosen, seed))
+            let chosen = settings.ransac.unwrap_or_else(|| {
+                let epsilon_m = CONSENSUS_EPSILON_SHARE * spread_m(&points);
+                RansacSettings::derived(points.len(), epsilon_m, 1)
+            });
+            classes(&points, &normals, &chosen, seed)
         }
         _ => {
             let points = evenly(points, MOST_CONSENSUS_POINTS);
-            let found = on_points(&points, None, sensor, noise_m, settings, ANSWERS, seed);
-            (points.len(), found)
+            let chosen = on_points(&points, noise_m, settings, 1);
+            let normals = estimate_normals(&points, sensor, NORMAL_NEIGHBOURS);
+            classes(&points, &normals, &chosen, seed)
         }
     };
-    let best = found
-        .iter()
-        .rev()
-        .max_by_key(|d| d.inliers.len())
-        .map(|d| d.primitive)?;
-    let share = |class: Class| {
-        let of_class = found.iter().filter(|d| d.primitive.class() == class);
-        let inliers = of_class.map(|d| d.inliers.len()).max().unwrap_or(0);
-        inliers as f64 / looked_at.max(1) as f64
-    };
-    let mut alternatives: Vec<Alternative> = [Class::Sphere, Class::Cylinder, Class::Plane]
+    let best = judged.first()?;
+    let odds = |j: &Judged| (-(j.cost - best.cost) / 2.0).exp();
+    let total: f64 = judged.iter().map(odds).sum();
+    let near_m = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread_m(points));
+    let primitive = best.detected.primitive;
+    let mut shape = worded(
+        &primitive,
+        points.iter(),
+        sensor,
+        settings.independent_share,
+    );
+    shape.probability = 1.0 / total;
+    shape.alternatives = [Class::Sphere, Class::Cylinder, Class::Plane]
         .into_iter()
-        .filter(|&class| class != best.class())
-        .map(|class| Alternative {
-            class,
-            probability: share(class),
+        .filter(|&class| class != primitive.class())
+        .map(|class| {
+            let of_class = |j: &&Judged| j.detected.primitive.class() == class;
+            Alternative {
+                class,
+                probability: judged.iter().find(of_class).map_or(0.0, odds) / total,
+            }
         })
         .collect();
-    alternatives.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let near_m = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread_m(points));
-    let mut shape = worded(&best, points.iter(), sensor, settings.independent_share);
-    shape.probability = share(best.class()).min(1.0);
-    shape.alternatives = alternatives;
+    shape
+        .alternatives
+        .sort_by(|a, b| b.probability.total_cmp(&a.probability));
     shape.inliers = points
         .iter()
-        .filter(|p| best.visible_distance_m(p, sensor).abs() < near_m)
+        .filter(|p| primitive.visible_distance_m(p, sensor).abs() < near_m)
         .count();
     Some(shape)
 }
@@ -93,8 +95,15 @@ pub fn primitives(
     let some = evenly(&own, MOST_CONSENSUS_POINTS);
     let range_m = Gaussian::of_points(&some).map_or(0.0, |g| (g.mean - sensor_origin).norm());
     let noise_m = settings.noise.sigma_m(range_m).max(LEAST_NOISE_M);
-    let most = usize::MAX;
-    let mut found = on_points(&own, normals, sensor_origin, noise_m, settings, most, seed);
+    let chosen = on_points(&own, noise_m, settings, usize::MAX).with_cells_for(&own);
+    let chosen = if normals.is_some() {
+        chosen.with_given_normals()
+    } else {
+        chosen
+    };
+    let normals =
+        normals.unwrap_or_else(|| estimate_normals(&own, sensor_origin, NORMAL_NEIGHBOURS).into());
+    let mut found = detect(&own, &normals, &chosen, seed);
     found.sort_by_key(|d| std::cmp::Reverse(d.inliers.len()));
     found
         .iter()
@@ -108,22 +117,17 @@ pub fn primitives(
         .collect()
 }
 
+/// The settings chosen, or what suits points of this noise.
 fn on_points(
     points: &[Point3<f64>],
-    normals: Option<Cow<'_, [Vector3<f64>]>>,
-    sensor: &Point3<f64>,
     noise_m: f64,
     settings: &ShapeSettings,
     most: usize,
-    seed: u64,
-) -> Vec<Detected> {
-    let chosen = settings.ransac.unwrap_or_else(|| {
+) -> RansacSettings {
+    settings.ransac.unwrap_or_else(|| {
         let epsilon_m = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread_m(points));
         RansacSettings::derived(points.len(), epsilon_m, most)
-    });
-    let normals =
-        normals.unwrap_or_else(|| estimate_normals(points, sensor, NORMAL_NEIGHBOURS).into());
-    detect(points, &normals, &chosen, seed)
+    })
 }
 
 /// All points, or an even selection of at most `most`.

@@ -7,13 +7,16 @@
 
 use super::cloud::Cloud;
 use super::constants::MOST_PIXELS;
+use super::score::LANES;
 use super::surface::Surface;
+use crate::mixture::instructions::{Instructions, Loops};
 use nalgebra::Vector3;
 use std::f32::consts::{FRAC_2_PI, FRAC_PI_2, PI, TAU};
 
 /// Those of `places` (in `cloud`, near `surface`) in the largest patch connected through
 /// neighbouring pixels `cell_m` wide, in their order; of equal patches that of the first point.
 pub(super) fn largest_patch(
+    instructions: Instructions,
     surface: &Surface,
     cloud: &Cloud,
     places: &[u32],
@@ -23,10 +26,11 @@ pub(super) fn largest_patch(
         return Vec::new();
     }
     let chart = Chart::new(surface);
-    let uv: Vec<[f32; 2]> = places
-        .iter()
-        .map(|&k| chart.parameters(&cloud.narrow_place(k)))
-        .collect();
+    let uv = instructions.run(Charted {
+        chart: &chart,
+        cloud,
+        places,
+    });
     let (bitmap, pixels) = Bitmap::drawn(&chart, &uv, cell_m as f32);
     let Some(label) = bitmap.largest(&pixels) else {
         return places.to_vec();
@@ -72,6 +76,7 @@ impl Chart {
     }
 
     /// Metres on a plane; turns (0 to 1) and metres on a cylinder; 0 to 1 twice on a sphere.
+    #[inline(always)]
     fn parameters(&self, p: &Vector3<f32>) -> [f32; 2] {
         match self {
             Self::Plane { axes } => [axes[0].dot(p), axes[1].dot(p)],
@@ -81,6 +86,49 @@ impl Chart {
                 [angle / TAU + 0.5, axes[2].dot(&d)]
             }
             Self::Sphere { centre, .. } => octahedral(&(p - centre)),
+        }
+    }
+}
+
+/// Points on their way to their parameters, a register of them at a time.
+struct Charted<'a> {
+    chart: &'a Chart,
+    cloud: &'a Cloud,
+    places: &'a [u32],
+}
+
+impl Loops for Charted<'_> {
+    type Output = Vec<[f32; 2]>;
+
+    #[inline(always)]
+    fn run<const FUSED: bool, const WIDTH: usize>(self) -> Self::Output {
+        let mut all = Vec::with_capacity(self.places.len() + LANES);
+        // One loop per class, so that no lane asks which it is.
+        match self.chart {
+            Chart::Plane { .. } => self.each(&mut all),
+            Chart::Cylinder { .. } => self.each(&mut all),
+            Chart::Sphere { .. } => self.each(&mut all),
+        }
+        all.truncate(self.places.len());
+        all
+    }
+}
+
+impl Charted<'_> {
+    #[inline(always)]
+    fn each(&self, all: &mut Vec<[f32; 2]>) {
+        for places in self.places.chunks(LANES) {
+            let mut at = [[0.0; LANES]; 3];
+            for (k, &place) in places.iter().enumerate() {
+                let p = self.cloud.narrow_place(place);
+                (at[0][k], at[1][k], at[2][k]) = (p.x, p.y, p.z);
+            }
+            let mut uv = [[0.0; 2]; LANES];
+            for k in 0..LANES {
+                let p = Vector3::new(at[0][k], at[1][k], at[2][k]);
+                uv[k] = self.chart.parameters(&p);
+            }
+            all.extend_from_slice(&uv);
         }
     }
 }
@@ -220,6 +268,7 @@ fn narrow(v: &Vector3<f64>) -> Vector3<f32> {
 }
 
 /// Angle of (x, y) within -pi to pi, to 1e-5 (Abramowitz and Stegun 4.4.49).
+#[inline(always)]
 fn angle(y: f32, x: f32) -> f32 {
     let (small, large) = (x.abs().min(y.abs()), x.abs().max(y.abs()));
     let t = small / large.max(f32::MIN_POSITIVE);
@@ -237,6 +286,7 @@ fn angle(y: f32, x: f32) -> f32 {
 
 /// The direction of `d` on the square 0 to 1, areas in proportion; the middle is +z, the corners
 /// are -z.
+#[inline(always)]
 fn octahedral(d: &Vector3<f32>) -> [f32; 2] {
     let z = d.z / d.norm().max(f32::MIN_POSITIVE);
     let radius = (1.0 - z.abs()).max(0.0).sqrt();
@@ -249,6 +299,7 @@ fn octahedral(d: &Vector3<f32>) -> [f32; 2] {
 #[cfg(test)]
 mod tests {
     use super::{angle, largest_patch, octahedral};
+    use crate::mixture::Instructions;
     use crate::shape::ransac::cloud::Cloud;
     use crate::shape::ransac::surface::Surface;
     use nalgebra::{Point3, Unit, Vector3};
@@ -260,7 +311,7 @@ mod tests {
     fn patch(surface: &Surface, points: &[Vector3<f64>], cell_m: f64) -> Vec<u32> {
         let points: Vec<_> = points.iter().map(|p| Point3::from(*p)).collect();
         let cloud = Cloud::of(&points, &vec![Vector3::z(); points.len()]);
-        let shift = cloud.middle.coords;
+        let shift = cloud.origin.coords;
         let moved = match *surface {
             Surface::Plane { normal, offset_m } => Surface::Plane {
                 normal,
@@ -281,7 +332,7 @@ mod tests {
             },
         };
         let all: Vec<u32> = (0..points.len() as u32).collect();
-        largest_patch(&moved, &cloud, &all, cell_m)
+        largest_patch(Instructions::best(), &moved, &cloud, &all, cell_m)
     }
 
     fn flat() -> Surface {

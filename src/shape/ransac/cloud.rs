@@ -1,21 +1,23 @@
-//! Points and normals as the search wants them: one array per coordinate, in f32 about the middle
-//! of the cloud.
+//! Points and normals as the search wants them: one array per coordinate, in f32 from one of the
+//! cloud's own points.
 
 use nalgebra::{Point3, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 /// Oriented points; `index[k]` is the place of point k in what the caller gave.
 ///
-/// f32 about the middle keeps 1e-7 of the cloud's width, a micrometre in a room.
+/// f32 from a point of the cloud keeps 1e-7 of its width, a micrometre in a room.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Cloud {
-    /// Coordinates x, y, z from [`middle`](Self::middle), metres.
+    /// Coordinates x, y, z from [`origin`](Self::origin), metres.
     pub at: [Vec<f32>; 3],
     /// Coordinates of the unit normals, of either sign.
     pub normal: [Vec<f32>; 3],
     pub index: Vec<u32>,
-    /// Origin of this frame in the caller's.
-    pub middle: Point3<f64>,
+    /// Origin of this frame in the caller's: a point of the cloud.
+    pub origin: Point3<f64>,
+    /// Least coordinates of all points, in this frame, metres.
+    pub low: [f32; 3],
     /// Lengths of the box around all points, metres.
     pub sides_m: Vector3<f64>,
 }
@@ -23,51 +25,41 @@ pub(super) struct Cloud {
 impl Cloud {
     /// All points that are finite and have a finite normal.
     pub fn of(points: &[Point3<f64>], normals: &[Vector3<f64>]) -> Self {
-        let oriented = || points.iter().zip(normals);
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        let mut sound = 0;
-        for (p, _) in oriented().filter(is_finite) {
-            sound += 1;
-            for k in 0..3 {
-                low[k] = low[k].min(p[k]);
-                high[k] = high[k].max(p[k]);
-            }
-        }
-        if sound == 0 {
-            return Self::default();
-        }
-        let middle: [f64; 3] = std::array::from_fn(|k| f64::midpoint(low[k], high[k]));
-        let all = sound == points.len();
-        // One column after the other: where every point counts, their lengths are known.
-        let at = |k: usize| -> Vec<f32> {
-            let narrow = |p: &Point3<f64>| (p[k] - middle[k]) as f32;
-            if all {
-                points.iter().map(narrow).collect()
-            } else {
-                let sound = oriented().filter(is_finite);
-                sound.map(|(p, _)| narrow(p)).collect()
-            }
-        };
-        let normal = |k: usize| -> Vec<f32> {
-            if all {
-                normals.iter().take(sound).map(|n| n[k] as f32).collect()
-            } else {
-                let sound = oriented().filter(is_finite);
-                sound.map(|(_, n)| n[k] as f32).collect()
-            }
-        };
-        let (at, normal) = rayon::join(|| std::array::from_fn(at), || std::array::from_fn(normal));
-        let index = (0u32..).zip(oriented());
-        Self {
+        let finite = |v: &[f64; 3]| v.iter().all(|c| (*c as f32).is_finite());
+        let origin = points.iter().find(|p| finite(&(**p).into()));
+        let origin = origin.copied().unwrap_or_default();
+        let count = points.len().min(normals.len());
+        let (points, normals) = (&points[..count], &normals[..count]);
+        let (at, normal) = rayon::join(
+            || columns(points, |p| [p.x - origin.x, p.y - origin.y, p.z - origin.z]),
+            || columns(normals, |n| [n.x, n.y, n.z]),
+        );
+        let mut cloud = Self {
             at,
             normal,
-            index: index
-                .filter(|(_, o)| all || is_finite(o))
-                .map(|(i, _)| i)
-                .collect(),
-            middle: Point3::from(middle),
-            sides_m: Vector3::from_fn(|k, _| high[k] - low[k]),
+            index: (0..count as u32).collect(),
+            origin,
+            low: [0.0; 3],
+            sides_m: Vector3::zeros(),
+        };
+        let sound = |column: &Vec<f32>| column.iter().fold(true, |all, v| all & v.is_finite());
+        if !cloud.at.iter().chain(&cloud.normal).all(sound) {
+            let all = cloud
+                .at
+                .each_ref()
+                .into_iter()
+                .chain(cloud.normal.each_ref());
+            let all: Vec<&Vec<f32>> = all.collect();
+            let unsound = |k: &u32| all.iter().any(|column| !column[*k as usize].is_finite());
+            let unsound: Vec<u32> = (0..count as u32).filter(unsound).collect();
+            cloud.remove(&unsound);
         }
+        for (k, column) in cloud.at.iter().enumerate() {
+            let (low, high) = ends(column);
+            cloud.low[k] = low;
+            cloud.sides_m[k] = (high - low).into();
+        }
+        cloud
     }
 
     pub fn len(&self) -> usize {
@@ -79,7 +71,7 @@ impl Cloud {
         self.sides_m.norm()
     }
 
-    /// Place of point `k`; the middle if there is none.
+    /// Place of point `k`; the origin if there is none.
     pub fn place(&self, k: u32) -> Vector3<f64> {
         gathered(&self.at, k)
     }
@@ -105,17 +97,24 @@ impl Cloud {
             at: std::array::from_fn(|a| taken(&self.at[a], &index)),
             normal: std::array::from_fn(|a| taken(&self.normal[a], &index)),
             index,
-            middle: self.middle,
+            origin: self.origin,
+            low: self.low,
             sides_m: self.sides_m,
         }
     }
 
     /// Takes out the points at `places` (rising); the others keep their order.
     pub fn remove(&mut self, places: &[u32]) {
-        let mut gone = places.iter().copied().peekable();
-        let kept: Vec<u32> = (0..self.len() as u32)
-            .filter(|k| gone.next_if_eq(k).is_none())
-            .collect();
+        let mut stays = vec![true; self.len()];
+        places.iter().for_each(|&k| stays[k as usize] = false);
+        // Every place is written and the next one overwrites it unless it stays.
+        let mut kept = vec![0; self.len() + 1];
+        let mut count = 0;
+        for (k, stays) in (0u32..).zip(&stays) {
+            kept[count] = k;
+            count += usize::from(*stays);
+        }
+        kept.truncate(count);
         for column in self.at.iter_mut().chain(&mut self.normal) {
             keep(column, &kept);
         }
@@ -123,9 +122,26 @@ impl Cloud {
     }
 }
 
-fn is_finite(&(p, n): &(&Point3<f64>, &Vector3<f64>)) -> bool {
-    // A sum is finite only if all its terms are, but for sums beyond the largest number.
-    (p.x + p.y + p.z + n.x + n.y + n.z).is_finite()
+fn columns<T>(of: &[T], numbers: impl Fn(&T) -> [f64; 3]) -> [Vec<f32>; 3] {
+    let mut columns: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; of.len()]);
+    let [x, y, z] = &mut columns;
+    for (((x, y), z), from) in x.iter_mut().zip(y).zip(z).zip(of) {
+        [*x, *y, *z] = numbers(from).map(|v| v as f32);
+    }
+    columns
+}
+
+/// Least and greatest of finite numbers; zeros of none.
+fn ends(column: &[f32]) -> (f32, f32) {
+    let Some(&first) = column.first() else {
+        return (0.0, 0.0);
+    };
+    column.iter().fold((first, first), |(low, high), &v| {
+        (
+            if v < low { v } else { low },
+            if v > high { v } else { high },
+        )
+    })
 }
 
 fn gathered(columns: &[Vec<f32>; 3], k: u32) -> Vector3<f64> {
@@ -161,10 +177,12 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_are_about_the_middle_of_the_box() {
+    fn coordinates_are_from_a_point_of_the_cloud() {
         let cloud = cloud(101);
-        assert_eq!(cloud.middle, Point3::new(1e6 + 50.0, -50.0, 3.0));
-        assert_eq!(cloud.place(0), Vector3::new(-50.0, 50.0, 0.0));
+        assert_eq!(cloud.origin, Point3::new(1e6, 0.0, 3.0));
+        assert_eq!(cloud.place(50), Vector3::new(50.0, -50.0, 0.0));
+        assert_eq!(cloud.low, [0.0, -100.0, 0.0]);
+        assert_eq!(cloud.sides_m, Vector3::new(100.0, 100.0, 0.0));
         assert_eq!(cloud.normal(7), Vector3::z());
     }
 
@@ -173,12 +191,13 @@ mod tests {
         let mut points = vec![Point3::new(1.0, 2.0, 3.0); 4];
         points[1].y = f64::NAN;
         points[2].z = f64::INFINITY;
+        points.swap(0, 2);
         let mut normals = vec![Vector3::x(); 4];
         normals[3].x = f64::NAN;
         let cloud = Cloud::of(&points, &normals);
-        assert_eq!(cloud.index, [0]);
+        assert_eq!(cloud.index, [2]);
         assert!(cloud.place(0).norm() < 1e-12);
-        assert_eq!(Cloud::of(&points[1..3], &normals[1..3]).len(), 0);
+        assert_eq!(Cloud::of(&points[..2], &normals[..2]).len(), 0);
     }
 
     #[test]
@@ -196,7 +215,7 @@ mod tests {
             let left: Vec<u32> = (0..10).filter(|k| !gone.contains(k)).collect();
             assert_eq!(cloud.index, left);
             for (k, i) in (0u32..).zip(&left) {
-                assert_eq!(cloud.place(k).x, f64::from(*i) - 4.5);
+                assert_eq!(cloud.place(k).x, f64::from(*i));
             }
         }
     }

@@ -8,6 +8,9 @@
 pub(super) const CONNECTED_M: f64 = 0.16;
 /// Greatest angle between a point's normal and a primitive's: estimated normals are that coarse.
 pub(super) const CONSENSUS_ANGLE_RAD: f64 = 0.6;
+/// The same where normals come with the points: measured normals are good to some 10 deg; wide
+/// enough for those, half of what estimated ones want.
+pub(super) const GIVEN_NORMALS_ANGLE_RAD: f64 = 0.45;
 /// Least share of the points that makes a part.
 pub(super) const LEAST_PART_SHARE: f64 = 0.08;
 /// Probability with which no larger primitive was overlooked (Schnabel's 1 - p_t).
@@ -58,8 +61,10 @@ pub(super) const REFIT_EPSILONS: f64 = 3.0;
 pub(super) const POLISH_POINTS: usize = 384;
 /// ... found among at most this many.
 pub(super) const POLISH_SUBSET: usize = 1024;
-/// Points that take part in the refit: its error is then a sixtieth of the noise.
-pub(super) const REFIT_POINTS: usize = 4096;
+/// Points that take part in the refit: its error is then a fortieth of the noise.
+pub(super) const REFIT_POINTS: usize = 2048;
+/// A refit that moves the surface by less than this many epsilons leaves the inliers as they are.
+pub(super) const SETTLED_EPSILONS: f64 = 0.1;
 /// Rounds of refitting and collecting again, at most.
 pub(super) const REFIT_ROUNDS: usize = 3;
 /// Gauss-Newton steps at most; starts are close, so it settles in a few.
@@ -69,10 +74,24 @@ pub(super) const LEAST_STEP: f64 = 1e-7;
 /// A simpler class with this share of the inliers is preferred.
 pub(super) const SIMPLER_SHARE: f64 = 0.97;
 
+// Classes of one thing.
+
+/// Points that judge a class: beyond, the misfit of the ideal shape tells more than the noise.
+pub(super) const JUDGED_POINTS: usize = 1024;
+/// A thing's own surface holds at least this share of its points.
+pub(super) const LEAST_THING_SHARE: f64 = 0.3;
+/// A thing's radius is at most this share of the diagonal about its points: one sees the whole
+/// near side, so it is no wider than what is seen.
+pub(super) const LARGEST_THING_DIAGONALS: f64 = 0.5;
+/// Surfaces of each class that are fitted.
+pub(super) const KEPT_PER_CLASS: usize = 3;
+/// Points within so many standard deviations take part in one fit after the other.
+pub(super) const TRIMS_SIGMAS: [f64; 3] = [6.0, 4.0, 3.0];
+
 // Extents.
 
-/// Points that tell where a surface ends: their spacing is a sixtieth of its width.
-pub(super) const EXTENT_POINTS: usize = 4096;
+/// Points that tell where a surface ends: their spacing is a fortieth of its width.
+pub(super) const EXTENT_POINTS: usize = 2048;
 /// Fewer points than this end with their outermost one: their density is not known well enough.
 pub(super) const LEAST_EXTENT_POINTS: usize = 200;
 /// Points of which one window tells a density: one in this many, ...
@@ -97,6 +116,11 @@ pub(super) const MOST_PIXELS: usize = 1 << 22;
 pub(super) const CELL_EPSILONS: f64 = 2.0;
 /// Cells are at least this many times the distance to the sixth neighbour where none are given.
 pub(super) const CELL_SPACINGS: f64 = 2.0;
+
+/// Points that tell how far apart neighbours are.
+pub(super) const SPACING_POINTS: usize = 1024;
+/// Points of those that are asked for theirs.
+pub(super) const SPACING_QUERIES: usize = 128;
 
 // Samples on ellipsoids.
 

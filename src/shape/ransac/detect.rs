@@ -2,8 +2,8 @@
 
 use super::cloud::Cloud;
 use super::constants::{
-    CELL_EPSILONS, CELL_SPACINGS, CONNECTED_M, CONSENSUS_ANGLE_RAD, LARGEST_DIAGONALS,
-    LEAST_PART_SHARE, PROBABILITY,
+    CELL_EPSILONS, CELL_SPACINGS, CONNECTED_M, CONSENSUS_ANGLE_RAD, GIVEN_NORMALS_ANGLE_RAD,
+    LARGEST_DIAGONALS, LEAST_PART_SHARE, PROBABILITY,
 };
 use super::extent::covered;
 use super::normals::spacing_m;
@@ -48,6 +48,24 @@ impl RansacSettings {
             cell_m: Some(CONNECTED_M),
         }
     }
+
+    /// The same for points that came with normals of their own, which are better than estimates.
+    pub fn with_given_normals(self) -> Self {
+        Self {
+            normal_angle_rad: GIVEN_NORMALS_ANGLE_RAD.min(self.normal_angle_rad),
+            ..self
+        }
+    }
+
+    /// The same where `points` lie farther apart than the cells: then cells grow with them, so that
+    /// a thin cloud of something large hangs together too.
+    pub fn with_cells_for(self, points: &[Point3<f64>]) -> Self {
+        let spaced_m = CELL_SPACINGS * spacing_m(points);
+        Self {
+            cell_m: self.cell_m.map(|cell_m| cell_m.max(spaced_m)),
+            ..self
+        }
+    }
 }
 
 /// A primitive and the points that lie on it.
@@ -73,20 +91,7 @@ pub fn detect(
 ) -> Vec<Detected> {
     let mut cloud = Cloud::of(points, normals);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let cell_m = settings
-        .cell_m
-        .unwrap_or_else(|| CELL_SPACINGS * spacing_m(points));
-    let search = Search {
-        tolerance: Tolerance {
-            epsilon_m: settings.epsilon_m,
-            cos_angle: settings.normal_angle_rad.cos(),
-        },
-        min_points: settings.min_points.max(3),
-        probability: settings.probability,
-        cell_m: cell_m.max(CELL_EPSILONS * settings.epsilon_m),
-        largest_m: LARGEST_DIAGONALS * cloud.diagonal_m(),
-        instructions: Instructions::best(),
-    };
+    let search = searched(points, &cloud, settings);
     let mut found = Vec::new();
     while found.len() < settings.most && cloud.len() >= search.min_points {
         let Some((surface, places)) = search.next(&cloud, &mut rng) else {
@@ -100,6 +105,24 @@ pub fn detect(
         cloud.remove(&places);
     }
     found
+}
+
+/// The search that `settings` mean on `cloud`, which is of `points`.
+pub(super) fn searched(points: &[Point3<f64>], cloud: &Cloud, settings: &RansacSettings) -> Search {
+    let cell_m = settings
+        .cell_m
+        .unwrap_or_else(|| CELL_SPACINGS * spacing_m(points));
+    Search {
+        tolerance: Tolerance {
+            epsilon_m: settings.epsilon_m,
+            cos_angle: settings.normal_angle_rad.cos(),
+        },
+        min_points: settings.min_points.max(3),
+        probability: settings.probability,
+        cell_m: cell_m.max(CELL_EPSILONS * settings.epsilon_m),
+        largest_m: LARGEST_DIAGONALS * cloud.diagonal_m(),
+        instructions: Instructions::best(),
+    }
 }
 
 /// Indices below `points` of those on none of the primitives found, rising.

@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, Point3, Rotation3, Vector2};
 
 /// The part of `surface` that the points of `cloud` at `places` cover, in the caller's frame.
 pub(super) fn covered(surface: &Surface, cloud: &Cloud, places: &[u32]) -> Primitive {
-    let offset = cloud.middle.coords;
+    let offset = cloud.origin.coords;
     let stride = places.len().div_ceil(EXTENT_POINTS).max(1);
     let at = places.iter().step_by(stride).map(|&k| cloud.place(k));
     match *surface {
@@ -72,12 +72,18 @@ fn turned(plane: &Plane, flat: &[Vector2<f64>], ends: impl Fn(Vec<f64>) -> (f64,
     let (x, y) = (m.column(0).into_owned(), m.column(1).into_owned());
     // One in `stride` points decides the turn; all of them the extent.
     let stride = (flat.len() / RECTANGLE_POINTS).max(1);
+    let some: Vec<Vector2<f64>> = flat.iter().step_by(stride).copied().collect();
     let area = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
-        let some = flat.iter().step_by(stride);
-        let (a, b) = span(some.clone().map(|v| v.x * cos + v.y * sin));
-        let (c, d) = span(some.map(|v| v.y * cos - v.x * sin));
-        (b - a) * (d - c)
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for v in &some {
+            let at = [v.x * cos + v.y * sin, v.y * cos - v.x * sin];
+            for k in 0..2 {
+                low[k] = if at[k] < low[k] { at[k] } else { low[k] };
+                high[k] = if at[k] > high[k] { at[k] } else { high[k] };
+            }
+        }
+        (high[0] - low[0]) * (high[1] - low[1])
     };
     let angle = (0..90)
         .map(|k| f64::from(k).to_radians())

@@ -3,6 +3,7 @@
 
 mod bitmap;
 mod candidate;
+mod classes;
 mod cloud;
 mod constants;
 mod detect;
@@ -19,6 +20,7 @@ mod score;
 mod search;
 mod surface;
 
+pub(super) use classes::{Judged, classes};
 pub use detect::{Detected, RansacSettings, detect, remainder};
 pub use ellipsoid::surface_samples;
 pub(super) use extent::smallest_rectangle;

@@ -20,13 +20,18 @@ impl Octree {
         let side = cloud.sides_m.max().max(f64::MIN_POSITIVE);
         let scale = (f64::from(1u32 << MORTON_BITS) / side) as f32;
         let [x, y, z] = &cloud.at;
-        let middle = (1u32 << MORTON_BITS) as f32 / 2.0;
         // Casts saturate: what rounding puts outside the box lies in its outermost cell.
         let most = (1 << MORTON_BITS) - 1;
-        let digit = |v: f32| spread(((v * scale + middle) as u32).min(most));
+        let [left, front, bottom] = cloud.low;
+        let digit = |v: f32, low: f32| spread((((v - low) * scale) as u32).min(most));
         let mut sorted: Vec<(u32, u32)> = (0u32..)
             .zip(x.iter().zip(y).zip(z))
-            .map(|(k, ((x, y), z))| (digit(*x) | digit(*y) << 1 | digit(*z) << 2, k))
+            .map(|(k, ((x, y), z))| {
+                (
+                    digit(*x, left) | digit(*y, front) << 1 | digit(*z, bottom) << 2,
+                    k,
+                )
+            })
             .collect();
         sorted.sort_unstable();
         let finest = (side / (LEAST_CELL_EPSILONS * epsilon_m).max(f64::MIN_POSITIVE)).log2();
@@ -144,7 +149,6 @@ mod tests {
         let cloud = Cloud::of(&points, &vec![Vector3::z(); 4000]);
         let tree = Octree::new(&cloud, 0.24);
         assert_eq!(tree.levels, 4);
-        let low = cloud.sides_m / -2.0;
         for level in 0..4 {
             let side = cloud.sides_m.max() / f64::from(1u32 << level);
             for _ in 0..200 {
@@ -153,10 +157,8 @@ mod tests {
                 };
                 assert!(drawn[0] != drawn[1] && drawn[0] != drawn[2] && drawn[1] != drawn[2]);
                 for axis in 0..3 {
-                    // Cubes about the middle of the box, whose other sides are shorter.
-                    let inset = (cloud.sides_m.max() - cloud.sides_m[axis]) / 2.0;
                     let cell = drawn.map(|k| {
-                        let v = cloud.place(k)[axis] - low[axis] + inset;
+                        let v = cloud.place(k)[axis] - f64::from(cloud.low[axis]);
                         (v / side + 1e-9).min(f64::from(1u32 << level) - 1e-6)
                     });
                     let high = cell.iter().copied().fold(0.0, f64::max);

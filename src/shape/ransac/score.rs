@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use std::ops::Range;
 
 /// Numbers that are worked on together: one register of the widest instructions.
-const LANES: usize = 16;
+pub(super) const LANES: usize = 16;
 
 /// Greatest distance and angle of a point that counts as lying on a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,13 +47,17 @@ pub(super) fn count(
     cloud: &Cloud,
     range: Range<usize>,
 ) -> usize {
-    let mut hits = 0;
+    let mut hits = [0u32; LANES];
     instructions.run(Scan {
         test: Test::new(surface, tolerance),
         columns: Columns::of(cloud, range),
-        each: |_, flags: &[bool]| hits += flags.iter().map(|f| usize::from(*f)).sum::<usize>(),
+        each: |_, flags: &[bool; LANES]| {
+            for (hits, flag) in hits.iter_mut().zip(flags) {
+                *hits += u32::from(*flag);
+            }
+        },
     });
-    hits
+    hits.iter().sum::<u32>() as usize
 }
 
 /// Places of the points in `range` that lie on `surface`, rising.
@@ -66,12 +70,12 @@ pub(super) fn collect(
 ) -> Vec<u32> {
     let columns = Columns::of(cloud, range.clone());
     // Every place is written and the next one overwrites it unless it was a hit.
-    let mut found = vec![0; columns.0[0].len() + 1];
+    let mut found = vec![0; columns.0[0].len() + LANES];
     let mut hits = 0;
     instructions.run(Scan {
         test: Test::new(surface, tolerance),
         columns,
-        each: |from: usize, flags: &[bool]| {
+        each: |from: usize, flags: &[bool; LANES]| {
             for (place, flag) in ((range.start + from) as u32..).zip(flags) {
                 found[hits] = place;
                 hits += usize::from(*flag);
@@ -186,7 +190,7 @@ struct Scan<'a, F> {
     each: F,
 }
 
-impl<F: FnMut(usize, &[bool])> Loops for Scan<'_, F> {
+impl<F: FnMut(usize, &[bool; LANES])> Loops for Scan<'_, F> {
     type Output = ();
 
     #[inline(always)]
@@ -199,23 +203,34 @@ impl<F: FnMut(usize, &[bool])> Loops for Scan<'_, F> {
 }
 
 #[inline(always)]
-fn scan(test: impl Accept, columns: Columns<'_>, mut each: impl FnMut(usize, &[bool])) {
+fn scan(test: impl Accept, columns: Columns<'_>, mut each: impl FnMut(usize, &[bool; LANES])) {
     let split = columns.0.map(|column| column.as_chunks::<LANES>());
     let [x, y, z, u, v, w] = split.map(|(whole, _)| whole);
     let whole = x.iter().zip(y).zip(z).zip(u).zip(v).zip(w);
     for (n, (((((x, y), z), u), v), w)) in whole.enumerate() {
-        let mut flags = [false; LANES];
-        for k in 0..LANES {
-            flags[k] = test.accept([x[k], y[k], z[k], u[k], v[k], w[k]]);
-        }
-        each(n * LANES, &flags);
+        each(n * LANES, &flags(test, [x, y, z, u, v, w]));
     }
-    let [x, y, z, u, v, w] = split.map(|(_, rest)| rest);
-    let from = columns.0[0].len() - x.len();
-    let rest = x.iter().zip(y).zip(z).zip(u).zip(v).zip(w);
-    for (n, (((((x, y), z), u), v), w)) in rest.enumerate() {
-        each(from + n, &[test.accept([*x, *y, *z, *u, *v, *w])]);
+    let rest = split.map(|(_, rest)| rest);
+    let count = rest[0].len();
+    if count > 0 {
+        let padded = rest.map(|rest| {
+            let mut lanes = [0.0; LANES];
+            lanes[..count].copy_from_slice(rest);
+            lanes
+        });
+        let mut flags = flags(test, padded.each_ref());
+        flags[count..].fill(false);
+        each(columns.0[0].len() - count, &flags);
     }
+}
+
+#[inline(always)]
+fn flags(test: impl Accept, [x, y, z, u, v, w]: [&[f32; LANES]; 6]) -> [bool; LANES] {
+    let mut flags = [false; LANES];
+    for k in 0..LANES {
+        flags[k] = test.accept([x[k], y[k], z[k], u[k], v[k], w[k]]);
+    }
+    flags
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@ use super::candidate::{Candidate, chance, found};
 use super::cloud::Cloud;
 use super::constants::{
     BATCH, FIRST_SUBSET, LEAST_SAMPLE, LEAST_SAMPLED_INLIERS, MOST_CANDIDATES, MOST_DRAWS,
-    POLISH_POINTS, POLISH_SUBSET, REFIT_EPSILONS, REFIT_POINTS, REFIT_ROUNDS, SIMPLER_SHARE,
-    SUBSET_GROWTH,
+    POLISH_POINTS, POLISH_SUBSET, REFIT_EPSILONS, REFIT_POINTS, REFIT_ROUNDS, SETTLED_EPSILONS,
+    SIMPLER_SHARE, SUBSET_GROWTH,
 };
 use super::fit::{fitted, plane};
 use super::minimal::suggested;
@@ -63,7 +63,7 @@ impl Search {
                     candidates.push(best);
                     break;
                 }
-                if let Some(found) = self.settled(&best.surface, cloud) {
+                if let Some(found) = self.settled(&best.surface, &sample, cloud) {
                     return Some(found);
                 }
                 // Its points do not hang together: it was never one surface.
@@ -158,18 +158,23 @@ impl Search {
     }
 
     /// The largest connected patch of points on `surface`.
-    fn patch(&self, surface: &Surface, tolerance: Tolerance, cloud: &Cloud) -> Vec<u32> {
+    pub fn patch(&self, surface: &Surface, tolerance: Tolerance, cloud: &Cloud) -> Vec<u32> {
         let near = collect(self.instructions, surface, tolerance, cloud, 0..cloud.len());
-        largest_patch(surface, cloud, &near, self.cell_m)
+        largest_patch(self.instructions, surface, cloud, &near, self.cell_m)
     }
 
     /// The surface refitted to its patch in all of the cloud, or a simpler one that does as well;
     /// `None` if too few points hang together.
-    fn settled(&self, surface: &Surface, cloud: &Cloud) -> Option<(Surface, Vec<u32>)> {
-        let (surface, inliers) = self.refitted(surface, cloud)?;
+    fn settled(
+        &self,
+        surface: &Surface,
+        sample: &Cloud,
+        cloud: &Cloud,
+    ) -> Option<(Surface, Vec<u32>)> {
+        let (surface, inliers) = self.refitted(surface, sample, cloud)?;
         let own = at(cloud, &inliers, REFIT_POINTS);
         let simpler = self.simpler(&surface, &own);
-        let simpler = simpler.and_then(|other| self.refitted(&other, cloud));
+        let simpler = simpler.and_then(|other| self.refitted(&other, sample, cloud));
         let as_good = |kept: &[u32]| kept.len() as f64 >= SIMPLER_SHARE * inliers.len() as f64;
         Some(
             simpler
@@ -178,27 +183,40 @@ impl Search {
         )
     }
 
-    /// Refits on the patch within three epsilons, then on the inliers while they become more.
-    fn refitted(&self, surface: &Surface, cloud: &Cloud) -> Option<(Surface, Vec<u32>)> {
-        let wide = self.patch(surface, self.tolerance.widened(REFIT_EPSILONS), cloud);
-        if wide.len() < self.min_points {
-            return None;
-        }
-        let mut surface = fitted(surface, &at(cloud, &wide, REFIT_POINTS));
-        let mut inliers = self.patch(&surface, self.tolerance, cloud);
-        // Large clouds were settled on the sample, by as many points.
-        let rounds = if cloud.len() > REFIT_POINTS {
-            0
+    /// Refits on what lies within three epsilons, then on the inliers while that moves it.
+    fn refitted(
+        &self,
+        surface: &Surface,
+        sample: &Cloud,
+        cloud: &Cloud,
+    ) -> Option<(Surface, Vec<u32>)> {
+        let wide = self.tolerance.widened(REFIT_EPSILONS);
+        let mut surface = if sample.len() < cloud.len() {
+            // The sample holds enough for a first fit, but is too thin to hang together.
+            let near = 0..sample.len();
+            let near = collect(self.instructions, surface, wide, sample, near);
+            fitted(surface, &at(sample, &near, REFIT_POINTS))
         } else {
-            REFIT_ROUNDS
+            let patch = self.patch(surface, wide, cloud);
+            if patch.len() < self.min_points {
+                return None;
+            }
+            fitted(surface, &at(cloud, &patch, REFIT_POINTS))
         };
-        for _ in 0..rounds {
-            let again = fitted(&surface, &at(cloud, &inliers, REFIT_POINTS));
-            let kept = self.patch(&again, self.tolerance, cloud);
-            if kept.len() <= inliers.len() {
+        let mut inliers = self.patch(&surface, self.tolerance, cloud);
+        for _ in 0..REFIT_ROUNDS {
+            if inliers.len() < self.min_points {
+                return None;
+            }
+            let own = at(cloud, &inliers, REFIT_POINTS);
+            let again = fitted(&surface, &own);
+            let moved = |p: &Vector3<f64>| (again.distance_m(p) - surface.distance_m(p)).abs();
+            let moved_m = own.iter().map(moved).fold(0.0, f64::max);
+            surface = again;
+            if moved_m < SETTLED_EPSILONS * self.tolerance.epsilon_m {
                 break;
             }
-            (surface, inliers) = (again, kept);
+            inliers = self.patch(&surface, self.tolerance, cloud);
         }
         (inliers.len() >= self.min_points).then_some((surface, inliers))
     }

@@ -55,6 +55,20 @@ impl Surface {
         }
     }
 
+    /// Place of its class among plane, sphere, cylinder: fewer parameters first.
+    pub fn class(&self) -> usize {
+        match self {
+            Self::Plane { .. } => 0,
+            Self::Sphere { .. } => 1,
+            Self::Cylinder { .. } => 2,
+        }
+    }
+
+    /// Free parameters: 3, 4, 5.
+    pub fn parameters(&self) -> usize {
+        3 + self.class()
+    }
+
     /// Whether every number is finite and a radius is positive.
     pub fn is_sane(&self) -> bool {
         let finite = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite());
