@@ -1,6 +1,6 @@
 //! Candidates and what is known of their scores (Schnabel section 4.5).
 
-use super::constants::SCORE_SIGMAS;
+use super::constants::{SCORE_SIGMAS, USABLE_SETS};
 use super::surface::Surface;
 
 /// A surface, scored on the first `seen` points of a random order.
@@ -48,10 +48,10 @@ impl Candidate {
 }
 
 /// Probability that one draw of three points hits a primitive that holds `share` of them
-/// (Schnabel section 4.3 with k = 3): the first point lies on it, the level is the right one, and
-/// in a cell of that level half of the points are its own.
+/// (Schnabel section 4.3 with k = 3): the first point lies on it, the level is the right one, in a
+/// cell of that level half of the points are its own, and noise leaves the set of use.
 pub(super) fn chance(share: f64, levels: u32) -> f64 {
-    (share / (4.0 * f64::from(levels))).clamp(0.0, 1.0)
+    (USABLE_SETS * share / (4.0 * f64::from(levels))).clamp(0.0, 1.0)
 }
 
 /// Probability that `draws` draws found what one draw finds with probability `chance`.
@@ -95,9 +95,11 @@ mod tests {
     }
 
     #[test]
-    fn half_the_points_in_one_cell_size_are_found_in_34_draws() {
-        assert_eq!(chance(0.5, 1), 0.125);
-        assert!(found(0.125, 34) < 0.99 && found(0.125, 35) > 0.99);
+    fn larger_primitives_are_found_in_fewer_draws() {
+        // A set of three points on half of the points, in one cell size: 1/8 of the draws, a
+        // quarter of them of use; 1 - (1 - 1/32)^n >= .99 from n = 146 on.
+        assert_eq!(chance(0.5, 1), 0.125 * 0.25);
+        assert!(found(1.0 / 32.0, 145) < 0.99 && found(1.0 / 32.0, 146) > 0.99);
         assert_eq!(found(0.0, 1000), 0.0);
     }
 }
