@@ -98,6 +98,8 @@ pub(super) const EXTENT_NOISE: f64 = 2.0;
 pub(super) const CONSENSUS_EPSILON_SHARE: f64 = 0.1;
 /// Points that method A looks at; it answers with one primitive, which more do not better.
 pub(super) const MOST_CONSENSUS_POINTS: usize = 2000;
+/// Points of a primitive that tell its residual, to 1 %.
+pub(super) const RESIDUAL_POINTS: usize = 4096;
 /// Neighbours that give a normal.
 pub(super) const NORMAL_NEIGHBOURS: usize = 12;
 /// Fits of one class and cost whose centres lie closer are the same, metres.

@@ -26,12 +26,12 @@ pub(super) fn largest_patch(
         return Vec::new();
     }
     let chart = Chart::new(surface);
-    let uv = instructions.run(Charted {
+    let (uv, ends) = instructions.run(Charted {
         chart: &chart,
         cloud,
         places,
     });
-    let (bitmap, pixels) = Bitmap::drawn(&chart, &uv, cell_m as f32);
+    let (bitmap, pixels) = Bitmap::drawn(&chart, &uv, &ends, cell_m as f32);
     let Some(label) = bitmap.largest(&pixels) else {
         return places.to_vec();
     };
@@ -98,26 +98,33 @@ struct Charted<'a> {
 }
 
 impl Loops for Charted<'_> {
-    type Output = Vec<[f32; 2]>;
+    /// Parameters, and the least and greatest of each.
+    type Output = (Vec<[f32; 2]>, Ends);
 
     #[inline(always)]
     fn run<const FUSED: bool, const WIDTH: usize>(self) -> Self::Output {
-        let mut all = Vec::with_capacity(self.places.len() + LANES);
         // One loop per class, so that no lane asks which it is.
         match self.chart {
-            Chart::Plane { .. } => self.each(&mut all),
-            Chart::Cylinder { .. } => self.each(&mut all),
-            Chart::Sphere { .. } => self.each(&mut all),
+            Chart::Plane { .. } => self.each(),
+            Chart::Cylinder { .. } => self.each(),
+            Chart::Sphere { .. } => self.each(),
         }
-        all.truncate(self.places.len());
-        all
     }
 }
 
 impl Charted<'_> {
     #[inline(always)]
-    fn each(&self, all: &mut Vec<[f32; 2]>) {
-        for places in self.places.chunks(LANES) {
+    fn each(&self) -> (Vec<[f32; 2]>, Ends) {
+        let mut all = Vec::with_capacity(self.places.len() + LANES);
+        let mut low = [[f32::INFINITY; LANES]; 2];
+        let mut high = [[f32::NEG_INFINITY; LANES]; 2];
+        let mut places = [0; LANES];
+        for some in self.places.chunks(LANES) {
+            // Lanes beyond the last point repeat the ones before it.
+            places[..some.len()].copy_from_slice(some);
+            if all.is_empty() {
+                places[some.len()..].fill(some[0]);
+            }
             let mut at = [[0.0; LANES]; 3];
             for (k, &place) in places.iter().enumerate() {
                 let p = self.cloud.narrow_place(place);
@@ -125,12 +132,29 @@ impl Charted<'_> {
             }
             let mut uv = [[0.0; 2]; LANES];
             for k in 0..LANES {
-                let p = Vector3::new(at[0][k], at[1][k], at[2][k]);
-                uv[k] = self.chart.parameters(&p);
+                uv[k] = self
+                    .chart
+                    .parameters(&Vector3::new(at[0][k], at[1][k], at[2][k]));
+                for axis in 0..2 {
+                    low[axis][k] = low[axis][k].min(uv[k][axis]);
+                    high[axis][k] = high[axis][k].max(uv[k][axis]);
+                }
             }
             all.extend_from_slice(&uv);
         }
+        all.truncate(self.places.len());
+        let ends = Ends {
+            low: low.map(|lanes| lanes.into_iter().fold(f32::INFINITY, f32::min)),
+            high: high.map(|lanes| lanes.into_iter().fold(f32::NEG_INFINITY, f32::max)),
+        };
+        (all, ends)
     }
+}
+
+/// Least and greatest parameters.
+struct Ends {
+    low: [f32; 2],
+    high: [f32; 2],
 }
 
 /// Which pixels of a chart are occupied, and which are neighbours.
@@ -149,14 +173,8 @@ enum Closing {
 
 impl Bitmap {
     /// The bitmap that holds all of `uv`, and each one's pixel.
-    fn drawn(chart: &Chart, uv: &[[f32; 2]], cell_m: f32) -> (Self, Vec<u32>) {
-        let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
-        for at in uv {
-            for k in 0..2 {
-                low[k] = low[k].min(at[k]);
-                high[k] = high[k].max(at[k]);
-            }
-        }
+    fn drawn(chart: &Chart, uv: &[[f32; 2]], ends: &Ends, cell_m: f32) -> (Self, Vec<u32>) {
+        let Ends { low, high } = ends;
         let (lengths_m, closing) = match chart {
             Chart::Plane { .. } => ([high[0] - low[0], high[1] - low[1]], Closing::Open),
             Chart::Cylinder { radius_m, .. } => {

@@ -47,8 +47,8 @@ pub(super) const FIRST_SUBSET: usize = 256;
 /// How much larger every next subset is.
 pub(super) const SUBSET_GROWTH: usize = 4;
 /// Points of the random sample that search and scores look at, at least: a share of 8 % is known
-/// to 0.4 % from it.
-pub(super) const LEAST_SAMPLE: usize = 4096;
+/// to 0.6 % from it.
+pub(super) const LEAST_SAMPLE: usize = 2048;
 /// Points of the smallest primitive that the sample holds, at least.
 pub(super) const LEAST_SAMPLED_INLIERS: usize = 64;
 /// Standard deviations of the hypergeometric interval about a score.
@@ -121,9 +121,9 @@ pub(super) const CELL_EPSILONS: f64 = 2.0;
 pub(super) const CELL_SPACINGS: f64 = 2.0;
 
 /// Points that tell how far apart neighbours are.
-pub(super) const SPACING_POINTS: usize = 1024;
+pub(super) const SPACING_POINTS: usize = 512;
 /// Points of those that are asked for theirs.
-pub(super) const SPACING_QUERIES: usize = 128;
+pub(super) const SPACING_QUERIES: usize = 64;
 
 // Samples on ellipsoids.
 
