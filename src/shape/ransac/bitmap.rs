@@ -26,12 +26,13 @@ pub(super) fn largest_patch(
         return Vec::new();
     }
     let chart = Chart::new(surface);
-    let (uv, ends) = instructions.run(Charted {
+    let bitmap = Bitmap::holding(&chart, cloud, cell_m as f32);
+    let pixels = instructions.run(Charted {
         chart: &chart,
+        bitmap: &bitmap,
         cloud,
         places,
     });
-    let (bitmap, pixels) = Bitmap::drawn(&chart, &uv, &ends, cell_m as f32);
     let Some(label) = bitmap.largest(&pixels) else {
         return places.to_vec();
     };
@@ -90,16 +91,16 @@ impl Chart {
     }
 }
 
-/// Points on their way to their parameters, a register of them at a time.
+/// Points on their way to their pixels, a register of them at a time.
 struct Charted<'a> {
     chart: &'a Chart,
+    bitmap: &'a Bitmap,
     cloud: &'a Cloud,
     places: &'a [u32],
 }
 
 impl Loops for Charted<'_> {
-    /// Parameters, and the least and greatest of each.
-    type Output = (Vec<[f32; 2]>, Ends);
+    type Output = Vec<u32>;
 
     #[inline(always)]
     fn run<const FUSED: bool, const WIDTH: usize>(self) -> Self::Output {
@@ -114,54 +115,34 @@ impl Loops for Charted<'_> {
 
 impl Charted<'_> {
     #[inline(always)]
-    fn each(&self) -> (Vec<[f32; 2]>, Ends) {
-        let mut all = Vec::with_capacity(self.places.len() + LANES);
-        let mut low = [[f32::INFINITY; LANES]; 2];
-        let mut high = [[f32::NEG_INFINITY; LANES]; 2];
-        let mut places = [0; LANES];
-        for some in self.places.chunks(LANES) {
-            // Lanes beyond the last point repeat the ones before it.
-            places[..some.len()].copy_from_slice(some);
-            if all.is_empty() {
-                places[some.len()..].fill(some[0]);
-            }
+    fn each(&self) -> Vec<u32> {
+        let mut pixels = Vec::with_capacity(self.places.len() + LANES);
+        for places in self.places.chunks(LANES) {
             let mut at = [[0.0; LANES]; 3];
             for (k, &place) in places.iter().enumerate() {
                 let p = self.cloud.narrow_place(place);
                 (at[0][k], at[1][k], at[2][k]) = (p.x, p.y, p.z);
             }
-            let mut uv = [[0.0; 2]; LANES];
+            let mut some = [0; LANES];
             for k in 0..LANES {
-                uv[k] = self
-                    .chart
-                    .parameters(&Vector3::new(at[0][k], at[1][k], at[2][k]));
-                for axis in 0..2 {
-                    low[axis][k] = low[axis][k].min(uv[k][axis]);
-                    high[axis][k] = high[axis][k].max(uv[k][axis]);
-                }
+                let p = Vector3::new(at[0][k], at[1][k], at[2][k]);
+                some[k] = self.bitmap.holds(self.chart.parameters(&p));
             }
-            all.extend_from_slice(&uv);
+            pixels.extend_from_slice(&some);
         }
-        all.truncate(self.places.len());
-        let ends = Ends {
-            low: low.map(|lanes| lanes.into_iter().fold(f32::INFINITY, f32::min)),
-            high: high.map(|lanes| lanes.into_iter().fold(f32::NEG_INFINITY, f32::max)),
-        };
-        (all, ends)
+        pixels.truncate(self.places.len());
+        pixels
     }
 }
 
-/// Least and greatest parameters.
-struct Ends {
-    low: [f32; 2],
-    high: [f32; 2],
-}
-
-/// Which pixels of a chart are occupied, and which are neighbours.
+/// The pixels of a chart, and which are neighbours.
 struct Bitmap {
     columns: i32,
     rows: i32,
     closing: Closing,
+    /// Parameters of the first pixel's corner, and pixels per unit.
+    from: [f32; 2],
+    scale: [f32; 2],
 }
 
 #[derive(Clone, Copy)]
@@ -172,47 +153,68 @@ enum Closing {
 }
 
 impl Bitmap {
-    /// The bitmap that holds all of `uv`, and each one's pixel.
-    fn drawn(chart: &Chart, uv: &[[f32; 2]], ends: &Ends, cell_m: f32) -> (Self, Vec<u32>) {
-        let Ends { low, high } = ends;
-        let (lengths_m, closing) = match chart {
-            Chart::Plane { .. } => ([high[0] - low[0], high[1] - low[1]], Closing::Open),
-            Chart::Cylinder { radius_m, .. } => {
-                ([TAU * radius_m, high[1] - low[1]], Closing::Around)
-            }
+    /// The bitmap on which all points of `cloud` find a place.
+    fn holding(chart: &Chart, cloud: &Cloud, cell_m: f32) -> Self {
+        // What the cloud's box reaches along an axis: its middle and half its shadow.
+        let half = narrow(&cloud.sides_m) / 2.0;
+        let middle = Vector3::from(cloud.low) + half;
+        let reach = |axis: &Vector3<f32>, from: &Vector3<f32>| {
+            let shadow = axis.abs().dot(&half);
+            (axis.dot(&(middle - from)) - shadow, 2.0 * shadow)
+        };
+        let origin = Vector3::zeros();
+        let round = |turn_m: f32| (0.0, turn_m);
+        let (axes, closing) = match chart {
+            Chart::Plane { axes } => (
+                [reach(&axes[0], &origin), reach(&axes[1], &origin)],
+                Closing::Open,
+            ),
+            Chart::Cylinder {
+                point,
+                axes,
+                radius_m,
+            } => (
+                [round(TAU * radius_m), reach(&axes[2], point)],
+                Closing::Around,
+            ),
             // As a square of the sphere's area.
-            Chart::Sphere { radius_m, .. } => {
-                ([(2.0 * TAU).sqrt() * radius_m; 2], Closing::Octahedron)
-            }
+            Chart::Sphere { radius_m, .. } => (
+                [round((2.0 * TAU).sqrt() * radius_m); 2],
+                Closing::Octahedron,
+            ),
         };
-        let least = (lengths_m[0] * lengths_m[1] / MOST_PIXELS as f32).sqrt();
-        let longest = lengths_m[0].max(lengths_m[1]) / MOST_PIXELS as f32;
+        let [(left, width_m), (top, height_m)] = axes;
+        let least = (width_m * height_m / MOST_PIXELS as f32).sqrt();
+        let longest = width_m.max(height_m) / MOST_PIXELS as f32;
         let cell_m = cell_m.max(2.0 * least.max(longest)).max(f32::MIN_POSITIVE);
-        // Closed charts hold whole pixels, none narrower than asked for; open ones begin with the
-        // first point.
-        let cells = lengths_m.map(|length| (length / cell_m).floor().max(1.0));
-        let open = |k: usize| (1.0 / cell_m, low[k], cells[k] as i32 + 1);
-        let closed = |k: usize| (cells[k], 0.0, cells[k] as i32);
-        let axes = match closing {
-            Closing::Open => [open(0), open(1)],
-            Closing::Around => [closed(0), open(1)],
-            Closing::Octahedron => [closed(0), closed(1)],
+        // Closed charts hold whole pixels, none narrower than asked for.
+        let closed = |length_m: f32| {
+            let pixels = (length_m / cell_m).floor().max(1.0);
+            (pixels, pixels as i32)
         };
-        let [(across, left, columns), (down, top, rows)] = axes;
-        let digit = |v: f32, most: i32| (v as i32).clamp(0, most - 1) as u32;
-        let pixels = uv
-            .iter()
-            .map(|[u, v]| {
-                let column = digit((u - left) * across, columns);
-                digit((v - top) * down, rows) * columns as u32 + column
-            })
-            .collect();
-        let bitmap = Self {
+        let open = |length_m: f32| (1.0 / cell_m, (length_m / cell_m) as i32 + 1);
+        let [(across, columns), (down, rows)] = match closing {
+            Closing::Open => [open(width_m), open(height_m)],
+            Closing::Around => [closed(width_m), open(height_m)],
+            Closing::Octahedron => [closed(width_m), closed(height_m)],
+        };
+        Self {
             columns,
             rows,
             closing,
-        };
-        (bitmap, pixels)
+            from: [left, top],
+            scale: [across, down],
+        }
+    }
+
+    /// The pixel with these parameters.
+    #[inline(always)]
+    fn holds(&self, [u, v]: [f32; 2]) -> u32 {
+        // Rounding at the ends falls into the outermost pixels.
+        let digit = |v: f32, most: i32| (v as i32).clamp(0, most - 1);
+        let column = digit((u - self.from[0]) * self.scale[0], self.columns);
+        let row = digit((v - self.from[1]) * self.scale[1], self.rows);
+        (row * self.columns + column) as u32
     }
 
     fn pixel(&self, column: i32, row: i32) -> Option<usize> {

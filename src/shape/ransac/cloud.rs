@@ -30,10 +30,8 @@ impl Cloud {
         let origin = origin.copied().unwrap_or_default();
         let count = points.len().min(normals.len());
         let (points, normals) = (&points[..count], &normals[..count]);
-        let (at, normal) = rayon::join(
-            || columns(points, |p| [p.x - origin.x, p.y - origin.y, p.z - origin.z]),
-            || columns(normals, |n| [n.x, n.y, n.z]),
-        );
+        let at = columns(points, |p| [p.x - origin.x, p.y - origin.y, p.z - origin.z]);
+        let normal = columns(normals, |n| [n.x, n.y, n.z]);
         let mut cloud = Self {
             at,
             normal,
