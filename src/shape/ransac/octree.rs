@@ -174,7 +174,7 @@ mod tests {
         let points: Vec<_> = (0..5)
             .map(|i| Point3::new(f64::from(i), 0.0, 0.0))
             .collect();
-        let cloud = Cloud::of(&points, &vec![Vector3::z(); 5]);
+        let cloud = Cloud::of(&points, &[Vector3::z(); 5]);
         let tree = Octree::new(&cloud, 1.0);
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         let mut seen = std::collections::HashSet::new();
