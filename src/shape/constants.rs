@@ -107,6 +107,10 @@ pub(super) const MOST_JUDGED: usize = 1;
 pub(super) const FOREIGN_SHARE: f64 = 0.02;
 /// Least blur of an edge, share of the spacing of the points: keeps the likelihood smooth.
 pub(super) const LEAST_BLUR_SHARE: f64 = 0.1;
+/// Noise is told at most this many times too large.
+pub(super) const LEAST_NOISE_SHARE: f64 = 0.5;
+/// Points from which on their own spread about a surface tells their noise (to a sixth).
+pub(super) const LEAST_SEEN_NOISE: usize = 20;
 /// Standard deviations from an edge at which it has no more say (a normal law's 1e-9).
 pub(super) const SHARP_EDGE_SIGMAS: f64 = 6.0;
 /// Steps of the climb to the likeliest edges at most; it settles in about ten.
