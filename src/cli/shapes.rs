@@ -62,13 +62,22 @@ pub fn run(args: &ShapesArgs) -> Outcome {
     let found = shapes(args, &cloud).map_err(|error| files::named(&args.cloud, error))?;
     let shape_ms = began.elapsed().as_secs_f64() * 1e3;
     let records: Vec<ShapeRecord> = found.iter().map(ShapeRecord::new).collect();
+    // Primitives on the points share none; what the other methods tell is of all of them.
+    let on_one: usize = found.iter().map(|shape| shape.inliers).sum();
+    let remainder = args
+        .points
+        .then(|| cloud.points.len().saturating_sub(on_one));
     if args.json {
-        output::json(&json!({
+        let mut report = json!({
             "shapes": records,
             "points": cloud.points.len(),
             "dropped": cloud.dropped(),
             "shape_ms": shape_ms,
-        }))?;
+        });
+        if let Some(remainder) = remainder {
+            report["remainder"] = remainder.into();
+        }
+        output::json(&report)?;
         return Ok(DONE);
     }
     if records.is_empty() {
@@ -94,6 +103,9 @@ pub fn run(args: &ShapesArgs) -> Outcome {
         ]);
     }
     output::line(rows.to_string())?;
+    if let Some(remainder) = remainder {
+        output::line(format!("{remainder} points on none of them"))?;
+    }
     Ok(DONE)
 }
 

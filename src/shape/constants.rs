@@ -107,23 +107,22 @@ pub(super) const MOST_JUDGED: usize = 1;
 pub(super) const FOREIGN_SHARE: f64 = 0.02;
 /// Least blur of an edge, share of the spacing of the points: keeps the likelihood smooth.
 pub(super) const LEAST_BLUR_SHARE: f64 = 0.1;
+/// Noise is told at most this many times too large.
+pub(super) const LEAST_NOISE_SHARE: f64 = 0.5;
+/// Points from which on their own spread about a surface tells their noise (to a sixth).
+pub(super) const LEAST_SEEN_NOISE: usize = 20;
 /// Standard deviations from an edge at which it has no more say (a normal law's 1e-9).
 pub(super) const SHARP_EDGE_SIGMAS: f64 = 6.0;
 /// Steps of the climb to the likeliest edges at most; it settles in about ten.
 pub(super) const CLIMB_STEPS: usize = 40;
 /// Gain of log-likelihood that ends the climb.
 pub(super) const CLIMB_TOLERANCE: f64 = 1e-4;
-/// Points through which a primitive hangs together lie no farther apart than this, metres: what
-/// makes one novelty (design section 5; 16 rings of a coarse scanner at 4 m).
-pub(super) const CONNECTED_M: f64 = 0.16;
-/// Greatest angle between a point's normal and a primitive's: estimated normals are that coarse.
-pub(super) const CONSENSUS_ANGLE_RAD: f64 = 0.6;
 /// Greatest distance of ellipsoid samples from a primitive, share of their spread.
 pub(super) const CONSENSUS_EPSILON_SHARE: f64 = 0.1;
-/// Least share of the points that makes a part.
-pub(super) const LEAST_PART_SHARE: f64 = 0.08;
 /// Points that method A looks at; it answers with one primitive, which more do not better.
 pub(super) const MOST_CONSENSUS_POINTS: usize = 2000;
+/// Points of a primitive that tell its residual, to 1 %.
+pub(super) const RESIDUAL_POINTS: usize = 4096;
 /// Neighbours that give a normal.
 pub(super) const NORMAL_NEIGHBOURS: usize = 12;
 /// Fits of one class and cost whose centres lie closer are the same, metres.
@@ -141,32 +140,8 @@ pub(super) const PRIOR_PRECISION: f64 = 1e-2;
 /// Cosine of the azimuth below which a tilt sweep's density 1/cos stops growing.
 pub(super) const LEAST_AZIMUTH_COS: f64 = 0.05;
 
-// Search of consensus (after Schnabel et al. 2007, section 4; counts chosen for 1e2-1e5 points).
-
-/// Draws between two looks at the candidates.
-pub(super) const BATCH: usize = 64;
-/// Draws per primitive at most.
-pub(super) const MOST_DRAWS: usize = 40_000;
-/// Points of the first subset on which a candidate is scored.
-pub(super) const FIRST_SUBSET: usize = 128;
-/// Points after which a score is certain enough to choose by.
-pub(super) const ENOUGH: usize = 4096;
-/// Candidates kept between batches.
-pub(super) const MOST_CANDIDATES: usize = 64;
-/// A simpler class with this share of the inliers is preferred.
-pub(super) const SIMPLER_SHARE: f64 = 0.97;
-/// Radii beyond this many diagonals of the cloud are planes.
-pub(super) const LARGEST_DIAGONALS: f64 = 3.0;
-/// Least semi-axis, metres: keeps flat components invertible.
-pub(super) const LEAST_AXIS_M: f64 = 1e-4;
-/// Draws per sample at most; components hidden inside others give none.
-pub(super) const DRAWS_PER_SAMPLE: usize = 50;
-/// Gauss-Newton steps at most; starts are close, so it settles in a few.
-pub(super) const MOST_STEPS: usize = 12;
 /// Step of the numerical derivatives; parameters are of order one.
 pub(super) const STEP: f64 = 1e-6;
-/// Primitives sought for one answer: the largest is mostly the first, not always.
-pub(super) const ANSWERS: usize = 2;
 
 #[cfg(test)]
 mod tests {

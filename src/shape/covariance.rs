@@ -1,7 +1,7 @@
 //! Method B: which class's visible moments are the novelty's (Algorithm 2, one novelty at a time).
 
 use super::constants::{
-    LEAST_AXIS_VIEW_RAD, LEAST_LENGTH_SHARE, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES,
+    LEAST_AXIS_VIEW_RAD, LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES,
     PROMISING_COST, ROUGHNESS_SHARE, SAME_ANSWER_M, UNLIKELY_PENALTY,
 };
 use super::matching::{Matched, Observed, Witness, matched};
@@ -139,7 +139,10 @@ fn judged(
         .flatten()
         .map(|fit| typical_distance_m(observed, &fit.primitive))
         .fold(f64::INFINITY, f64::min);
-    if least.is_finite() && least > expected {
+    // Points that lie closer than expected are better witnesses than expected, if there are enough to tell.
+    let tells = observed.points.len() >= LEAST_SEEN_NOISE || least > expected;
+    let least = least.max(expected * LEAST_NOISE_SHARE);
+    if least.is_finite() && tells {
         again(witness(observed, least), fits)
     } else {
         fits

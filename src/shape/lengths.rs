@@ -1,7 +1,7 @@
 //! Lengths from where the points end: a plane's sides with its turn, a cylinder's length. The
 //! moments give a start; the likelihood of the edges ([`edges`](super::edges)) gives the answer.
 
-use super::constants::{BOUNDS, FOREIGN_SHARE, LEAST_BLUR_SHARE};
+use super::constants::{BOUNDS, FOREIGN_SHARE, LEAST_BLUR_SHARE, LEAST_SEEN_NOISE};
 use super::covariance::Candidate;
 use super::edges::{Between, Likelihood, climb, typical_gap_m};
 use super::moments::seen_weight;
@@ -61,8 +61,17 @@ pub(super) fn measured(candidate: Candidate, look: &Look<'_>) -> Candidate {
 /// and weights (Simpson), whose variance is that of a uniform law.
 const CELL: [(f64, f64); 3] = [(-0.5, 1.0 / 6.0), (0.0, 4.0 / 6.0), (0.5, 1.0 / 6.0)];
 
-/// The blur that edges are sought with.
-fn blur_m(noise_m: f64, gap_m: f64) -> f64 {
+/// The blur that edges are sought with. Noise as told or as seen about the surface, whichever is less: an edge that
+/// is looked for too softly is found too far inside.
+fn blur_m(look: &Look<'_>, primitive: &Primitive, gap_m: f64) -> f64 {
+    let square = |p: &Point3<f64>| primitive.visible_distance_m(p, look.sensor).powi(2);
+    let free = look.near.len().saturating_sub(primitive.parameters()).max(1);
+    let seen_m = (look.near.iter().map(square).sum::<f64>() / free as f64).sqrt();
+    let noise_m = if look.near.len() < LEAST_SEEN_NOISE {
+        look.noise_m
+    } else {
+        look.noise_m.min(seen_m)
+    };
     noise_m.max(LEAST_BLUR_SHARE * gap_m).max(1e-6)
 }
 
@@ -75,7 +84,7 @@ fn cylinder(candidate: &Candidate, c: &Cylinder, look: &Look<'_>) -> Option<Cand
     let gap_m = typical_gap_m(&mut sorted);
     let heights = sorted;
     let (first, last) = (*heights.first()?, *heights.last()?);
-    let sigma = blur_m(look.noise_m, gap_m);
+    let sigma = blur_m(look, &candidate.primitive, gap_m);
     let span_m = last - first + gap_m + 2.0 * sigma;
     let side = Vector3::from(c.rotation(look.sensor).column(0));
     let weight = |u: f64| {
@@ -157,11 +166,11 @@ fn turned(candidate: &Candidate, p: &Plane, look: &Look<'_>) -> Option<(f64, Can
     let mut gaps = [0.0; 2];
     let mut start = Vector5::zeros();
     let mut span = 1.0;
-    let mut sigma = look.noise_m;
+    let mut sigma: f64 = 0.0;
     for k in [0, 1] {
         let mut sorted: Vec<f64> = places.iter().map(|q| q[k]).collect();
         gaps[k] = typical_gap_m(&mut sorted);
-        sigma = blur_m(sigma, gaps[k]);
+        sigma = sigma.max(blur_m(look, &candidate.primitive, gaps[k]));
         let (first, last) = (*sorted.first()?, *sorted.last()?);
         start[2 * k] = first - gaps[k] / 2.0;
         start[2 * k + 1] = last + gaps[k] / 2.0;

@@ -128,6 +128,19 @@ fn shapes_tells_what_a_segmented_cloud_is() {
         let json = ran.json();
         schema::check("shapes", &json);
         assert_eq!(json["points"], crate_points.len());
+        // Primitives on the points share none of them; the rest is told.
+        let inliers = |s: &serde_json::Value| s["inliers"].as_u64().expect("a count");
+        let on_one: u64 = json["shapes"]
+            .as_array()
+            .expect("shapes")
+            .iter()
+            .map(inliers)
+            .sum();
+        let whole = json["remainder"].as_u64().map(|left| left + on_one);
+        let expected = extra
+            .contains(&"--points")
+            .then_some(crate_points.len() as u64);
+        assert_eq!(whole, expected, "{extra:?}");
     }
 }
 

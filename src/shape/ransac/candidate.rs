@@ -1,131 +1,105 @@
-//! Primitives from minimal sets of points with normals.
+//! Candidates and what is known of their scores (Schnabel section 4.5).
 
-use crate::shape::primitive::{Cylinder, Plane, Primitive, Sphere, rotation_with_third};
-use nalgebra::{Point3, Rotation3, Unit, Vector3};
+use super::constants::{SCORE_SIGMAS, USABLE_SETS};
+use super::surface::Surface;
 
-/// A point and the unit normal there.
-pub(super) type Oriented = (Point3<f64>, Vector3<f64>);
-
-/// The plane, sphere and cylinder that three oriented points suggest; those that fail all three
-/// points within `epsilon_m` and `cos_angle` are dropped. Extents are not known yet (zero).
-pub(super) fn suggested(
-    three: &[Oriented; 3],
-    epsilon_m: f64,
-    cos_angle: f64,
-    largest_m: f64,
-) -> impl Iterator<Item = Primitive> + use<> {
-    let [first, second, _] = three;
-    let found = [
-        plane(three),
-        sphere(first, second).filter(|s| size_of(s) < largest_m),
-        cylinder(first, second).filter(|c| size_of(c) < largest_m),
-    ];
-    let three = *three;
-    found.into_iter().flatten().filter(move |primitive| {
-        three
-            .iter()
-            .all(|point| agrees(primitive, point, epsilon_m, cos_angle))
-    })
+/// A surface, scored on the first `seen` points of a random order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Candidate {
+    pub surface: Surface,
+    /// Octree level that its points came from.
+    pub level: u32,
+    pub seen: usize,
+    pub hits: usize,
+    /// Whether it was already fitted to points of the sample.
+    pub polished: bool,
 }
 
-/// Whether the point lies on the surface and faces its way (either way).
-pub(super) fn agrees(
-    primitive: &Primitive,
-    point: &Oriented,
-    epsilon_m: f64,
-    cos_angle: f64,
-) -> bool {
-    primitive.distance_m(&point.0).abs() < epsilon_m
-        && primitive
-            .normal_at(&point.0)
-            .is_some_and(|n| n.dot(&point.1).abs() > cos_angle)
-}
-
-fn size_of(primitive: &Primitive) -> f64 {
-    primitive.size_m()[0]
-}
-
-/// Through three points.
-fn plane(three: &[Oriented; 3]) -> Option<Primitive> {
-    let [(a, _), (b, _), (c, _)] = three;
-    let normal = Unit::try_new((b - a).cross(&(c - a)), 1e-12)?;
-    Some(flat(*a, &normal))
-}
-
-/// The plane through `at`.
-pub(super) fn flat(at: Point3<f64>, normal: &Unit<Vector3<f64>>) -> Primitive {
-    let frame = rotation_with_third(normal, &Vector3::zeros());
-    Primitive::Plane(Plane {
-        centre: at,
-        rotation: Rotation3::from_matrix_unchecked(frame),
-        sides_m: [0.0; 2],
-    })
-}
-
-/// Centre midway between the lines along both normals, radius the mean distance.
-fn sphere((p, n): &Oriented, (q, m): &Oriented) -> Option<Primitive> {
-    let d = q - p;
-    let b = n.dot(m);
-    let denominator = 1.0 - b * b;
-    if denominator < 1e-4 {
-        return None;
+impl Candidate {
+    pub fn new(surface: Surface, level: u32) -> Self {
+        Self {
+            surface,
+            level,
+            seen: 0,
+            hits: 0,
+            polished: false,
+        }
     }
-    let s = (d.dot(n) - b * d.dot(m)) / denominator;
-    let t = (b * d.dot(n) - d.dot(m)) / denominator;
-    let centre = nalgebra::center(&(p + n * s), &(q + m * t));
-    Some(Primitive::Sphere(Sphere {
-        centre,
-        radius_m: f64::midpoint((p - centre).norm(), (q - centre).norm()),
-    }))
+
+    /// Expected share of all `n` points that lie on it, and the half-width of its interval: the
+    /// hypergeometric distribution of the hits among those seen.
+    pub fn share(&self, n: usize) -> (f64, f64) {
+        let (n, seen, hits) = (n as f64, self.seen as f64, self.hits as f64);
+        if seen >= n {
+            return (hits / n.max(1.0), 0.0);
+        }
+        // Laplace's estimate: no hits among few points are no proof that there are none.
+        let share = (hits + 1.0) / (seen + 2.0);
+        let unseen = (n - seen) / (n - 1.0).max(1.0);
+        let spread = (share * (1.0 - share) / (seen + 2.0) * unseen).sqrt();
+        (hits / seen.max(1.0), SCORE_SIGMAS * spread)
+    }
+
+    /// What its share may well be.
+    pub fn upper(&self, n: usize) -> f64 {
+        let (expected, spread) = self.share(n);
+        expected + spread
+    }
 }
 
-/// Axis across both normals; the centre where the normals' lines meet seen along it.
-fn cylinder((p, n): &Oriented, (q, m): &Oriented) -> Option<Primitive> {
-    let axis = Unit::try_new(n.cross(m), 1e-2)?;
-    let d = q - p;
-    let d = d - axis.as_ref() * axis.dot(&d);
-    // p + s n = q + t m in the plane across the axis: cross with m.
-    let s = d.cross(m).dot(&axis) / n.cross(m).dot(&axis);
-    let centre = p + n * s;
-    let away = q - centre;
-    let away = away - axis.as_ref() * axis.dot(&away);
-    Some(Primitive::Cylinder(Cylinder {
-        centre,
-        axis,
-        radius_m: f64::midpoint(s.abs(), away.norm()),
-        length_m: 0.0,
-    }))
+/// Probability that one draw of three points hits a primitive that holds `share` of them
+/// (Schnabel section 4.3 with k = 3): the first point lies on it, the level is the right one, in a
+/// cell of that level half of the points are its own, and noise leaves the set of use.
+pub(super) fn chance(share: f64, levels: u32) -> f64 {
+    (USABLE_SETS * share / (4.0 * f64::from(levels))).clamp(0.0, 1.0)
+}
+
+/// Probability that `draws` draws found what one draw finds with probability `chance`.
+pub(super) fn found(chance: f64, draws: usize) -> f64 {
+    1.0 - (1.0 - chance).powf(draws as f64)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Primitive, suggested};
-    use nalgebra::{Point3, Vector3};
+    use super::{Candidate, chance, found};
+    use crate::shape::ransac::surface::Surface;
+    use nalgebra::Vector3;
+
+    fn candidate(seen: usize, hits: usize) -> Candidate {
+        let surface = Surface::Sphere {
+            centre: Vector3::zeros(),
+            radius_m: 1.0,
+        };
+        Candidate {
+            seen,
+            hits,
+            ..Candidate::new(surface, 0)
+        }
+    }
 
     #[test]
-    fn minimal_sets_give_their_sphere_and_cylinder() {
-        let centre = Point3::new(1.0, 2.0, 3.0);
-        let on_ball = |d: Vector3<f64>| (centre + d.normalize() * 0.4, d.normalize());
-        let three = [
-            on_ball(Vector3::new(1.0, 0.2, 0.0)),
-            on_ball(Vector3::new(0.0, 1.0, 0.3)),
-            on_ball(Vector3::new(0.5, 0.5, 0.7)),
-        ];
-        let found: Vec<_> = suggested(&three, 1e-6, 0.99, 10.0).collect();
-        let [Primitive::Sphere(s)] = found[..] else {
-            panic!("{found:?}")
-        };
-        assert!((s.centre - centre).norm() < 1e-9 && (s.radius_m - 0.4).abs() < 1e-9);
+    fn scores_narrow_as_more_is_seen_and_are_exact_in_the_end() {
+        let widths: Vec<f64> = [64, 256, 1024, 4096]
+            .iter()
+            .map(|&seen| candidate(seen, seen / 4).share(4096))
+            .map(|(share, width)| {
+                assert!((share - 0.25).abs() < 1e-12);
+                width
+            })
+            .collect();
+        assert!(widths.windows(2).all(|w| w[1] < w[0]), "{widths:?}");
+        assert_eq!(widths[3], 0.0);
+        // Hypergeometric: sqrt(.25 * .75 / 256 * 3840 / 4095) to first order.
+        assert!((widths[1] - 0.0262).abs() < 3e-4, "{widths:?}");
+        assert!(candidate(64, 0).upper(4096) > 0.01);
+    }
 
-        let on_bar = |angle: f64, z: f64| {
-            let n = Vector3::new(angle.cos(), angle.sin(), 0.0);
-            (Point3::new(1.0, 2.0, z) + n * 0.2, n)
-        };
-        let three = [on_bar(0.0, 0.1), on_bar(1.0, 0.9), on_bar(2.0, 0.4)];
-        let found: Vec<_> = suggested(&three, 1e-6, 0.99, 10.0).collect();
-        let [Primitive::Cylinder(c)] = found[..] else {
-            panic!("{found:?}")
-        };
-        assert!((c.radius_m - 0.2).abs() < 1e-9 && c.axis.z.abs() > 1.0 - 1e-12);
+    #[test]
+    fn larger_primitives_are_found_in_fewer_draws() {
+        // A set of three points on half of the points, in one cell size: 1/8 of the draws, a
+        // quarter of them of use; 1 - (1 - 1/32)^n >= .99 from n = 146 on.
+        assert_eq!(chance(0.5, 1), 0.125 * 0.25);
+        assert!(found(1.0 / 32.0, 145) < 0.99 && found(1.0 / 32.0, 146) > 0.99);
+        assert_eq!(found(0.0, 1000), 0.0);
     }
 }

@@ -1,7 +1,7 @@
 //! Samples on the surfaces of a mixture's ellipsoids (section IV.A, Eq. 8-9).
 
+use super::constants::{DRAWS_PER_SAMPLE, LEAST_AXIS_M};
 use crate::mixture::Mixture;
-use crate::shape::constants::{DRAWS_PER_SAMPLE, LEAST_AXIS_M};
 use nalgebra::{Matrix3, Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

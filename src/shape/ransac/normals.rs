@@ -1,5 +1,6 @@
 //! Normals of a bare cloud: the least principal axis of each point's neighbourhood.
 
+use super::constants::{SPACING_POINTS, SPACING_QUERIES};
 use super::neighbours::Neighbours;
 use crate::mixture::Gaussian;
 use nalgebra::{Point3, Vector3};
@@ -39,24 +40,34 @@ pub fn estimate_normals(
         .collect()
 }
 
-/// Typical distance between neighbours, metres: the median over a sample of the points of the
-/// distance to the sixth nearest. 0 for fewer than two points.
+/// Typical distance between neighbours on a surface, metres: the median over some points of the
+/// distance to the sixth nearest. 0 for fewer than two points. Of many points an even selection is
+/// asked: on surfaces distances shrink with the root of the number.
 pub(in crate::shape) fn spacing_m(points: &[Point3<f64>]) -> f64 {
-    let tree = Neighbours::new(points);
-    let stride = points.len().div_ceil(200).max(1);
-    let mut distances: Vec<f64> = points
+    let finite = |p: &&Point3<f64>| p.iter().all(|v| v.is_finite());
+    let stride = points.len().div_ceil(SPACING_POINTS).max(1);
+    let some: Vec<Point3<f64>> = points
         .iter()
         .step_by(stride)
-        .filter_map(|p| tree.nearest(p, 7).last().map(|(d, _)| d.sqrt()))
+        .filter(finite)
+        .copied()
         .collect();
+    let tree = Neighbours::new(&some);
+    let asked = some.len().div_ceil(SPACING_QUERIES).max(1);
+    let sixth = |p: &Point3<f64>| tree.nearest(p, 7).last().map(|(d, _)| d.sqrt());
+    let mut distances: Vec<f64> = some.iter().step_by(asked).filter_map(sixth).collect();
     distances.sort_by(f64::total_cmp);
-    distances.get(distances.len() / 2).copied().unwrap_or(0.0)
+    let median = distances.get(distances.len() / 2).copied().unwrap_or(0.0);
+    median / (stride as f64).sqrt()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::estimate_normals;
+    use super::{estimate_normals, spacing_m};
     use nalgebra::Point3;
+    use rand::SeedableRng;
+    use rand::seq::SliceRandom;
+    use rand_chacha::ChaCha8Rng;
 
     #[test]
     fn a_tilted_sheet_has_one_normal_towards_the_sensor() {
@@ -68,6 +79,27 @@ mod tests {
         for n in normals {
             assert!((n.x - 0.5 * -n.z).abs() < 1e-9 && n.z < 0.0, "{n}");
         }
+    }
+
+    #[test]
+    fn spacing_is_that_of_the_surface_however_many_points_there_are() {
+        for side in [20, 60, 200] {
+            let step = 1.0 / f64::from(side);
+            let mut points: Vec<_> = (0..side * side)
+                .map(|i| Point3::new(f64::from(i % side) * step, f64::from(i / side) * step, 1.0))
+                .collect();
+            points.shuffle(&mut ChaCha8Rng::seed_from_u64(1));
+            // Nearest: itself, four at one step, then a diagonal.
+            let expected = 2f64.sqrt() * step;
+            let got = spacing_m(&points);
+            assert!(
+                (got / expected - 1.0).abs() < 0.25,
+                "{side}: {got} {expected}"
+            );
+        }
+        assert_eq!(spacing_m(&[]), 0.0);
+        assert_eq!(spacing_m(&[Point3::origin()]), 0.0);
+        assert_eq!(spacing_m(&[Point3::new(f64::NAN, 0.0, 0.0); 3]), 0.0);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Mixed synthetic scenes with a known answer.
 
-use super::{RansacSettings, detect, estimate_normals};
+use super::{RansacSettings, detect, estimate_normals, remainder};
 use crate::shape::primitive::Primitive;
 use nalgebra::{Point3, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -104,10 +104,17 @@ fn normals_of_the_points_themselves_do_as_well() {
 }
 
 #[test]
-fn same_seed_same_answer() {
+fn same_seed_same_answer_on_any_number_of_threads() {
     let (points, normals) = mixed(300, 0.3, 1);
     let once = detect(&points, &normals, &settings(60), 5);
     assert_eq!(once, detect(&points, &normals, &settings(60), 5));
+    for threads in [1, 4] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let there = pool
+            .expect("a pool")
+            .install(|| detect(&points, &normals, &settings(60), 5));
+        assert_eq!(once, there);
+    }
 }
 
 #[test]
@@ -121,12 +128,176 @@ fn degenerate_clouds_end_without_nonsense() {
         .map(|p| p + Vector3::new(1e6, 1e6, 0.0))
         .collect();
     let bad = vec![Point3::new(f64::NAN, 0.0, 0.0); 50];
-    for points in [&same[..], &line, &far, &bad, &[]] {
-        let normals = vec![Vector3::z(); points.len()];
-        for d in detect(points, &normals, &settings(10), 1) {
-            assert!(d.primitive.size_m().iter().all(|v| v.is_finite()));
+    let three = [
+        Point3::origin(),
+        Point3::new(1.0, 0.0, 0.0),
+        Point3::new(0.0, 1.0, 0.0),
+    ];
+    for points in [&same[..], &line, &far, &bad, &three, &[]] {
+        for normal in [Vector3::z(), Vector3::zeros(), Vector3::repeat(f64::NAN)] {
+            let normals = vec![normal; points.len()];
+            for least in [0, 3, 10] {
+                for d in detect(points, &normals, &settings(least), 1) {
+                    assert!(d.primitive.size_m().iter().all(|v| v.is_finite()));
+                    assert!(d.inliers.len() >= least.max(3));
+                    assert!(normal.norm() > 0.5, "no normal, no surface");
+                }
+            }
         }
     }
+    // Normals of some of the points only: the others take no part.
+    let (points, normals) = mixed(300, 0.1, 4);
+    let found = detect(&points, &normals[..600], &settings(60), 1);
+    assert!(found.iter().flat_map(|d| &d.inliers).all(|&i| i < 600));
+}
+
+/// One ball (r 0.5, the side towards -x, 1 cm of noise), its normals 5 deg wrong, among outliers.
+fn ball(count: usize, outlier_share: f64, seed: u64) -> (Vec<Point3<f64>>, Vec<Vector3<f64>>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let normal = |sigma: f64, rng: &mut ChaCha8Rng| {
+        let n: [f64; 3] = std::array::from_fn(|_| StandardNormal.sample(rng));
+        Vector3::from(n) * sigma
+    };
+    let outliers = (count as f64 * outlier_share) as usize;
+    let mut out = Vec::new();
+    while out.len() < count - outliers {
+        let u = normal(1.0, &mut rng).normalize();
+        if u.x < 0.0 {
+            let p = Point3::new(3.0, 0.4, 0.2) + u * 0.5 + normal(0.01, &mut rng);
+            out.push((p, (u + normal(0.087, &mut rng)).normalize()));
+        }
+    }
+    for _ in 0..outliers {
+        let box_m = Vector3::new(0.7, 1.2, 1.2);
+        let at = Vector3::from_fn(|k, _| box_m[k] * (rng.random::<f64>() - 0.5));
+        let n = normal(1.0, &mut rng).normalize();
+        out.push((Point3::new(2.75, 0.4, 0.2) + at, n));
+    }
+    out.into_iter().unzip()
+}
+
+#[test]
+fn the_ball_is_missed_no_more_often_than_stated() {
+    // Nine tenths of its points are asked for, so that the stop probability alone ends the search.
+    for (outlier_share, probability) in [(0.3, 0.99), (0.5, 0.99), (0.5, 0.9)] {
+        let (mut missed, mut radius_off, seeds) = (0.0, 0.0f64, 200);
+        for seed in 0..seeds {
+            let (points, normals) = ball(1000, outlier_share, 7000 + seed);
+            let least = (1000.0 * (1.0 - outlier_share) * 0.9) as usize;
+            let settings = RansacSettings {
+                epsilon_m: 0.03,
+                normal_angle_rad: 0.45,
+                probability,
+                cell_m: Some(0.2),
+                ..settings(least)
+            };
+            let found = detect(&points, &normals, &settings, seed);
+            match found.first().map(|d| d.primitive) {
+                Some(Primitive::Sphere(s)) => {
+                    radius_off = radius_off.max((s.radius_m / 0.5 - 1.0).abs());
+                }
+                _ => missed += 1.0,
+            }
+        }
+        let rate = missed / seeds as f64;
+        eprintln!("{outlier_share} outliers: missed {rate}, radius within {radius_off}");
+        assert!(rate <= 1.0 - probability, "{outlier_share}: missed {rate}");
+        assert!(radius_off < 0.01, "{outlier_share}: {radius_off}");
+    }
+}
+
+#[test]
+fn primitives_and_remainder_are_a_partition() {
+    for seed in 20..40 {
+        let share = if seed % 2 == 0 { 0.3 } else { 0.5 };
+        let (points, normals) = mixed(400, share, seed);
+        let found = detect(&points, &normals, &settings(100), seed);
+        let left = remainder(points.len(), &found);
+        let mut all: Vec<usize> = found.iter().flat_map(|d| d.inliers.clone()).collect();
+        all.extend(&left);
+        all.sort_unstable();
+        assert_eq!(all, (0..points.len()).collect::<Vec<_>>());
+        for d in &found {
+            assert!(d.inliers.len() >= 100 && d.inliers.is_sorted());
+        }
+    }
+}
+
+#[test]
+fn half_outliers_hide_nothing() {
+    for seed in 50..80 {
+        let (points, normals) = mixed(700, 0.5, seed);
+        let found = detect(&points, &normals, &settings(200), seed);
+        let mut kinds: Vec<u8> = found
+            .iter()
+            .map(|d| match d.primitive {
+                Primitive::Sphere(s) => {
+                    assert!((s.radius_m / 0.5 - 1.0).abs() < 0.01, "{s:?}");
+                    0
+                }
+                Primitive::Cylinder(c) => {
+                    assert!((c.radius_m / 0.3 - 1.0).abs() < 0.01, "{c:?}");
+                    1
+                }
+                _ => 2,
+            })
+            .collect();
+        kinds.sort_unstable();
+        let primitives: Vec<_> = found.iter().map(|d| d.primitive).collect();
+        assert_eq!(kinds, [0, 1, 2], "seed {seed}: {primitives:?}");
+    }
+}
+
+#[test]
+fn size_and_place_of_the_scene_do_not_matter() {
+    let (points, normals) = mixed(700, 0.3, 90);
+    let here = detect(&points, &normals, &settings(200), 1);
+    for (scale, shift) in [(1e-3, 0.0), (0.1, 0.0), (40.0, 0.0), (1.0, 1e5)] {
+        let moved: Vec<_> = points
+            .iter()
+            .map(|p| p * scale + Vector3::new(shift, -shift, 0.0))
+            .collect();
+        let settings = RansacSettings {
+            epsilon_m: 0.012 * scale,
+            ..settings(200)
+        };
+        let there = detect(&moved, &normals, &settings, 1);
+        assert_eq!(there.len(), here.len(), "{scale} {shift}");
+        for (a, b) in here.iter().zip(&there) {
+            assert_eq!(a.primitive.class(), b.primitive.class());
+            let lengths = a.primitive.size_m().into_iter().zip(b.primitive.size_m());
+            for (a, b) in lengths {
+                assert!(
+                    (b - a * scale).abs() <= 0.02 * a * scale,
+                    "{a} {b} {scale} {shift}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn patches_of_one_plane_that_lie_apart_are_two_primitives() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let points: Vec<_> = (0..1000)
+        .map(|i| {
+            let x = rng.random::<f64>() + if i < 600 { 0.0 } else { 1.6 };
+            Point3::new(x, rng.random(), 0.3 * x)
+        })
+        .collect();
+    let normals = vec![Vector3::new(-0.3, 0.0, 1.0).normalize(); 1000];
+    let through = |cell_m| {
+        let settings = RansacSettings {
+            cell_m: Some(cell_m),
+            ..settings(100)
+        };
+        let found = detect(&points, &normals, &settings, 1);
+        found.into_iter().map(|d| d.inliers).collect::<Vec<_>>()
+    };
+    let halves: [Vec<usize>; 2] = [(0..600).collect(), (600..1000).collect()];
+    assert_eq!(through(0.15), halves);
+    // Seen through larger cells they are one.
+    assert_eq!(through(0.7), [(0..1000).collect::<Vec<_>>()]);
 }
 
 #[test]

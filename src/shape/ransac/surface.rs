@@ -1,0 +1,100 @@
+//! The endless surfaces that are searched for: no extent, no attitude beyond what distances need.
+//!
+//! They live in the cloud's own frame (see [`Cloud`](super::cloud::Cloud)) and become a
+//! [`Primitive`](crate::shape::Primitive) only when they leave the room.
+
+use crate::shape::primitive::perpendicular;
+use nalgebra::{Unit, Vector3};
+
+/// An endless surface; lengths in metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Surface {
+    /// All x with normal . x = offset.
+    Plane {
+        normal: Unit<Vector3<f64>>,
+        offset_m: f64,
+    },
+    /// All x with |x - centre| = radius.
+    Sphere { centre: Vector3<f64>, radius_m: f64 },
+    /// All x whose distance from the line through `point` along `axis` is the radius.
+    Cylinder {
+        point: Vector3<f64>,
+        axis: Unit<Vector3<f64>>,
+        radius_m: f64,
+    },
+}
+
+impl Surface {
+    /// Signed distance of `x`, metres; outside of a curved surface is positive.
+    pub fn distance_m(&self, x: &Vector3<f64>) -> f64 {
+        match self {
+            Self::Plane { normal, offset_m } => normal.dot(x) - offset_m,
+            Self::Sphere { centre, radius_m } => (x - centre).norm() - radius_m,
+            Self::Cylinder {
+                point,
+                axis,
+                radius_m,
+            } => across(&(x - point), axis).norm() - radius_m,
+        }
+    }
+
+    /// Outward unit normal next to `x`; `None` where there is none (centre, axis).
+    pub fn normal_at(&self, x: &Vector3<f64>) -> Option<Vector3<f64>> {
+        match self {
+            Self::Plane { normal, .. } => Some(normal.into_inner()),
+            Self::Sphere { centre, .. } => (x - centre).try_normalize(0.0),
+            Self::Cylinder { point, axis, .. } => across(&(x - point), axis).try_normalize(0.0),
+        }
+    }
+
+    /// Radius, metres; none of a plane.
+    pub fn radius_m(&self) -> Option<f64> {
+        match *self {
+            Self::Plane { .. } => None,
+            Self::Sphere { radius_m, .. } | Self::Cylinder { radius_m, .. } => Some(radius_m),
+        }
+    }
+
+    /// Place of its class among plane, sphere, cylinder: fewer parameters first.
+    pub fn class(&self) -> usize {
+        match self {
+            Self::Plane { .. } => 0,
+            Self::Sphere { .. } => 1,
+            Self::Cylinder { .. } => 2,
+        }
+    }
+
+    /// Free parameters: 3, 4, 5.
+    pub fn parameters(&self) -> usize {
+        3 + self.class()
+    }
+
+    /// Whether every number is finite and a radius is positive.
+    pub fn is_sane(&self) -> bool {
+        let finite = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite());
+        let radius = self.radius_m().is_none_or(|r| r.is_finite() && r > 0.0);
+        radius
+            && match self {
+                Self::Plane { normal, offset_m } => finite(normal) && offset_m.is_finite(),
+                Self::Sphere { centre, .. } => finite(centre),
+                Self::Cylinder { point, axis, .. } => finite(point) && finite(axis),
+            }
+    }
+
+    /// Two directions that make a right-handed frame with a plane's normal or a cylinder's axis.
+    pub fn frame(&self) -> [Vector3<f64>; 3] {
+        let third = match self {
+            Self::Plane { normal, .. } => *normal,
+            Self::Sphere { .. } => Vector3::z_axis(),
+            Self::Cylinder { axis, .. } => *axis,
+        };
+        let first = perpendicular(&third);
+        let second = third.cross(&first);
+        [first.into_inner(), second, third.into_inner()]
+    }
+}
+
+/// The part of `d` across `axis`.
+pub(super) fn across(d: &Vector3<f64>, axis: &Unit<Vector3<f64>>) -> Vector3<f64> {
+    d - axis.as_ref() * axis.dot(d)
+}
