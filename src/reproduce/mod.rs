@@ -12,7 +12,7 @@ mod score;
 mod sites;
 mod ways;
 
-pub use corridor::{Corridor, Density, Noise, Thing};
+pub use corridor::{Beams, Corridor, Density, Noise, Thing};
 pub use judge::{Clock, Judged, judge};
 pub use row::{PAPER, PaperColumn, Row};
 pub use score::{Mark, rotation_error_rad, score};
