@@ -79,6 +79,15 @@ impl Density {
     }
 }
 
+/// How the beams that meet the thing lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Beams {
+    /// In even rows, as those of a laser range finder, at a phase and turn of their own.
+    Rows,
+    /// At random; where an edge is, is then known less well.
+    Scattered,
+}
+
 /// Which scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Corridor {
@@ -88,6 +97,8 @@ pub struct Corridor {
     pub noise: Noise,
     /// Points on the thing.
     pub density: Density,
+    /// How its beams lie.
+    pub beams: Beams,
     /// Number of the scene.
     pub number: usize,
 }
@@ -132,7 +143,8 @@ impl Corridor {
             let wanted = rng.random_range(least..=most);
             let walls = current.into_iter().filter(|(_, object)| *object == 0);
             current = walls.collect();
-            current.extend(on(thing, &now, wanted, sigma_m, &mut rng));
+            let seen = on(thing, &now, self.beams, [least, wanted, most], &mut rng);
+            current.extend(seen.into_iter().map(|p| (noisy(p, sigma_m, &mut rng), 1)));
         }
         let view = |points: Vec<(Point3<f64>, usize)>| {
             View::bare(points.into_iter().map(|p| p.0).collect(), Point3::origin())
@@ -301,34 +313,64 @@ fn met(world: &World, direction: Unit<Vector3<f64>>) -> Option<(Point3<f64>, usi
     ))
 }
 
-/// `wanted` points of the side of the thing that the sensor sees, at random and even in solid angle.
+/// Points of the side of the thing that the sensor sees, even in solid angle: about `wanted`, at least `least` and at
+/// most `most` of them.
 fn on(
     thing: &Primitive,
     world: &World,
-    wanted: usize,
-    sigma_m: f64,
+    beams: Beams,
+    [least, wanted, most]: [usize; 3],
     rng: &mut ChaCha8Rng,
-) -> Vec<(Point3<f64>, usize)> {
+) -> Vec<Point3<f64>> {
     let to = thing.centre().coords;
     let half = thing.size_m().iter().map(|s| s * s).sum::<f64>().sqrt() / 2.0;
-    let cos = (1.0 - (half / to.norm()).powi(2)).max(0.0).sqrt();
     let axis = to.normalize();
     let across = axis.cross(&Vector3::z()).normalize();
     let up = across.cross(&axis);
+    let cast = |direction: Vector3<f64>| match met(world, Unit::new_normalize(direction)) {
+        Some((p, 1)) => Some(p),
+        _ => None,
+    };
+    // Rows on the plane at unit distance, which is even in solid angle to a per cent within the small field of a thing.
+    let window = half / (to.norm_squared() - half * half).max(0.01).sqrt();
+    let phase: [f64; 2] = [rng.random(), rng.random()];
+    let (sin, cos) = rng.random_range(0.0..std::f64::consts::TAU).sin_cos();
+    let rows = |step: f64| -> Vec<Point3<f64>> {
+        let reach = (1.5 * window / step).ceil() as i32;
+        let at = |k: i32, which: usize| (f64::from(k) + phase[which]) * step;
+        let lines = (-reach..=reach).flat_map(|i| (-reach..=reach).map(move |k| (i, k)));
+        lines
+            .filter_map(|(i, k)| {
+                let (u, v) = (at(i, 0), at(k, 1));
+                let (u, v) = (u * cos - v * sin, u * sin + v * cos);
+                cast(axis + across * u + up * v)
+            })
+            .collect()
+    };
+    if beams == Beams::Rows {
+        let probe = rows(window / 20.0).len().max(1) as f64;
+        let mut step = window / 20.0 * (probe / wanted as f64).sqrt();
+        for _ in 0..TRIES {
+            let points = rows(step);
+            if points.len() < least {
+                step *= 0.98;
+            } else if points.len() > most {
+                step *= 1.01;
+            } else {
+                return points;
+            }
+        }
+    }
+    let nearest = (1.0 - (half / to.norm()).powi(2)).max(0.0).sqrt();
     let mut points = Vec::with_capacity(wanted);
     for _ in 0..TRIES.max(1000 * wanted) {
         if points.len() == wanted {
             break;
         }
-        let (c, way): (f64, f64) = (
-            rng.random_range(cos..1.0),
-            rng.random_range(0.0..std::f64::consts::TAU),
-        );
+        let c: f64 = rng.random_range(nearest..1.0);
+        let way: f64 = rng.random_range(0.0..std::f64::consts::TAU);
         let s = (1.0 - c * c).max(0.0).sqrt();
-        let direction = axis * c + (across * way.cos() + up * way.sin()) * s;
-        if let Some((p, 1)) = met(world, Unit::new_normalize(direction)) {
-            points.push((noisy(p, sigma_m, rng), 1));
-        }
+        points.extend(cast(axis * c + (across * way.cos() + up * way.sin()) * s));
     }
     points
 }
@@ -343,6 +385,11 @@ mod tests {
             thing,
             noise: Noise::Fine,
             density: Density::Many,
+            beams: if number % 2 == 0 {
+                Beams::Rows
+            } else {
+                Beams::Scattered
+            },
             number,
         }
     }

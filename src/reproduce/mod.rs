@@ -18,7 +18,7 @@ mod sites;
 mod truth;
 mod ways;
 
-pub use corridor::{Corridor, Density, Noise, Thing};
+pub use corridor::{Beams, Corridor, Density, Noise, Thing};
 pub use ideal_cylinder::{Attitude, Told, attitudes, told};
 pub use judge::{Clock, Judged, judge};
 pub use picture::{Picture, picture};

@@ -1,8 +1,9 @@
 //! Method B: which class's visible moments are the novelty's (Algorithm 2, one novelty at a time).
 
 use super::constants::{
-    LEAST_AXIS_VIEW_RAD, LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES,
-    PROMISING_COST, ROUGHNESS_SHARE, SAME_ANSWER_M, UNLIKELY_PENALTY,
+    LEAST_AXIS_VIEW_RAD, LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE,
+    MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES, PROMISING_COST, ROUGHNESS_SHARE,
+    SAME_ANSWER_M, UNLIKELY_PENALTY,
 };
 use super::matching::{Matched, Observed, Witness, matched};
 use super::primitive::Primitive;

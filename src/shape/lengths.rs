@@ -65,7 +65,11 @@ const CELL: [(f64, f64); 3] = [(-0.5, 1.0 / 6.0), (0.0, 4.0 / 6.0), (0.5, 1.0 / 
 /// is looked for too softly is found too far inside.
 fn blur_m(look: &Look<'_>, primitive: &Primitive, gap_m: f64) -> f64 {
     let square = |p: &Point3<f64>| primitive.visible_distance_m(p, look.sensor).powi(2);
-    let free = look.near.len().saturating_sub(primitive.parameters()).max(1);
+    let free = look
+        .near
+        .len()
+        .saturating_sub(primitive.parameters())
+        .max(1);
     let seen_m = (look.near.iter().map(square).sum::<f64>() / free as f64).sqrt();
     let noise_m = if look.near.len() < LEAST_SEEN_NOISE {
         look.noise_m

@@ -6,7 +6,7 @@ use super::tell::Report;
 use crate::cli::failure::{DONE, Failure, Outcome};
 use crate::cli::{files, output, progress};
 use crate::reproduce::{
-    Corridor, Density, Look, Mark, Noise, Site, Thing, Way, judge, picture, score,
+    Beams, Corridor, Density, Look, Mark, Noise, Site, Thing, Way, judge, picture, score,
 };
 use crate::world::SceneError;
 use clap::{Args, ValueEnum};
@@ -30,6 +30,9 @@ pub struct ReproduceArgs {
     /// table1: only this reading of the noise and this number of points
     #[arg(long, value_enum)]
     set: Option<SetArg>,
+    /// table1: how the beams lie that meet the thing
+    #[arg(long, value_enum, default_value_t = BeamsArg::Rows)]
+    beams: BeamsArg,
     /// Only this column (may be repeated)
     #[arg(long, value_name = "NAME", value_parser = way)]
     way: Vec<Way>,
@@ -53,6 +56,14 @@ enum TableArg {
     Table1,
     /// Three test sites: a door opened, a person in a corridor, a door closed
     Table2,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum BeamsArg {
+    /// In even rows, as a laser range finder's
+    Rows,
+    /// At random
+    Scattered,
 }
 
 /// The sets of table1.
@@ -152,6 +163,10 @@ impl ReproduceArgs {
                 let sets = SetArg::value_variants().iter().copied();
                 let sets = sets.filter(|set| self.set.is_none_or(|only| only == *set));
                 let number = self.scenes.unwrap_or(Corridor::SCENES);
+                let beams = match self.beams {
+                    BeamsArg::Rows => Beams::Rows,
+                    BeamsArg::Scattered => Beams::Scattered,
+                };
                 let scenes = |set: SetArg| {
                     let (noise, density) = set.of();
                     Thing::ALL.into_iter().flat_map(move |thing| {
@@ -160,6 +175,7 @@ impl ReproduceArgs {
                                 thing,
                                 noise,
                                 density,
+                                beams,
                                 number,
                             };
                             Planned::Corridor(set, corridor)
