@@ -43,19 +43,22 @@ pub struct Removals {
     pub u_th_m: f64,
     /// Gaussians of the reference, of the revisit.
     pub components: [usize; 2],
+    /// d_GMM of another look at which nothing was new: what beams that fall elsewhere move, metres.
+    pub unchanged_m: f64,
     /// d_GMM of the whole mixtures, metres.
     pub d_gmm_m: f64,
     /// What was taken, in order; ends below U_th or where nothing brings the mixtures nearer.
     pub steps: Vec<Removal>,
 }
 
-/// Runs Algorithm 1 as printed on the mixtures of `look`: the Gaussian taken is the one without which d_GMM is least
-/// (line 4 leaves open how change is quantified). The revisit's mixture is the reference's with new Gaussians for what
-/// that does not explain, for two independent fits of one place lie as far apart as a thing does.
+/// Runs Algorithm 1 as printed on the mixtures of `look`; `unchanged` is another look at its reference. The Gaussian taken
+/// is the one without which d_GMM is least (line 4 leaves open how change is quantified). The revisit's mixture is the
+/// reference's with new Gaussians for what that does not explain, for two independent fits of one place lie as far
+/// apart as a thing does.
 ///
 /// # Errors
 /// Clouds with too few points.
-pub fn removals(look: &Look) -> Result<Removals, RemovalError> {
+pub fn removals(look: &Look, unchanged: &View) -> Result<Removals, RemovalError> {
     let settings = EngineSettings::standard();
     let reference = prepare(&look.reference, &settings, ENGINE_SEED)?;
     let explained = Unexplained::Listed(&[]);
@@ -65,6 +68,7 @@ pub fn removals(look: &Look) -> Result<Removals, RemovalError> {
     let theta = revisit(&gamma, &look.current, &settings.novelty, &told)?;
     let ground = settings.novelty.quantify.ground;
     let u_th_m = settings.novelty.u_th();
+    let again = revisit(&gamma, unchanged, &settings.novelty, &told)?;
 
     let whole = emd(&theta, &gamma, ground)?.d;
     let (mut d, mut left, mut steps) = (whole, theta.clone(), Vec::new());
@@ -90,6 +94,7 @@ pub fn removals(look: &Look) -> Result<Removals, RemovalError> {
     }
     Ok(Removals {
         u_th_m,
+        unchanged_m: emd(&again, &gamma, ground)?.d,
         components: [gamma.len(), theta.len()],
         d_gmm_m: whole,
         steps,
@@ -146,13 +151,14 @@ fn nearest_without_one(
 #[cfg(test)]
 mod tests {
     use super::removals;
-    use crate::reproduce::{Corridor, Density, Noise, Thing};
+    use crate::reproduce::{Beams, Corridor, Density, Noise, Thing};
 
     fn corridor(thing: Thing, number: usize) -> Corridor {
         Corridor {
             thing,
             noise: Noise::Fine,
             density: Density::Many,
+            beams: Beams::Rows,
             number,
         }
     }
@@ -161,7 +167,9 @@ mod tests {
     fn every_removal_brings_the_mixtures_nearer_and_the_thing_goes_first() {
         for thing in [Thing::Sphere, Thing::Cylinder, Thing::Plane] {
             let look = corridor(thing, 0).look(5).expect("a scene");
-            let told = removals(&look).expect("a figure");
+            let empty = corridor(Thing::Nothing, 0).look(5).expect("a scene");
+            let told = removals(&look, &empty.current).expect("a figure");
+            assert!(told.unchanged_m < told.d_gmm_m, "{told:?}");
             assert!(told.components[1] > told.components[0], "{told:?}");
             let mut d = told.d_gmm_m;
             for step in &told.steps {

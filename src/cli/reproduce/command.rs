@@ -244,7 +244,12 @@ pub fn run(args: &ReproduceArgs) -> Outcome {
         fs::create_dir_all(folder).map_err(|error| files::named(folder, error))?;
         draw(folder, args, &planned, figures.as_ref())?;
     }
-    let report = Report::new(table, args.seed, clock() / 1e3, &done, figures);
+    let beams = match (args.table, args.beams) {
+        (TableArg::Table2, _) => None,
+        (TableArg::Table1, BeamsArg::Rows) => Some("rows"),
+        (TableArg::Table1, BeamsArg::Scattered) => Some("scattered"),
+    };
+    let report = Report::new(table, args.seed, beams, clock() / 1e3, &done, figures);
     if args.json {
         output::json(&report)?;
     } else {

@@ -106,7 +106,8 @@ pub fn ideal_cylinder(folder: &Path, attitude: &Attitude) -> Result<(), Failure>
     save(folder, "fig4d", &panels)
 }
 
-/// Writes Fig. 3 as a curve: d_GMM against the number of Gaussians taken away, and U_th.
+/// Writes Fig. 3 as a curve: d_GMM against the number of Gaussians taken away; U_th in red, and in grey d_GMM of a look at
+/// which nothing was new.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -118,7 +119,8 @@ pub fn removals(folder: &Path, removals: &Removals) -> Result<(), Failure> {
         .map(|(k, d)| (k as f64, d))
         .collect();
     let right = curve.len().max(2) as f64 - 0.5;
-    let top = 1.15 * curve.iter().fold(removals.u_th_m, |a, (_, d)| a.max(*d));
+    let least_top_m = removals.u_th_m.max(removals.unchanged_m);
+    let top = 1.15 * curve.iter().fold(least_top_m, |a, (_, d)| a.max(*d));
     let mut svg = String::new();
     {
         let root = SVGBackend::with_string(&mut svg, (PANEL * 3 / 2, PANEL)).into_drawing_area();
@@ -135,26 +137,32 @@ pub fn removals(folder: &Path, removals: &Removals) -> Result<(), Failure> {
             .map_err(Failure::failed)?;
         chart
             .configure_mesh()
+            .disable_mesh()
             .x_desc("Gaussians taken away")
             .y_desc("d_GMM, m")
             .draw()
             .map_err(Failure::failed)?;
+        let floor_m = removals.unchanged_m;
+        let unchanged = vec![(-0.5, floor_m), (right, floor_m)];
         let threshold = vec![(-0.5, removals.u_th_m), (right, removals.u_th_m)];
         chart
             .draw_series([
                 PathElement::new(curve.clone(), BLUE.stroke_width(2)),
                 PathElement::new(threshold, RED.stroke_width(1)),
+                PathElement::new(unchanged, GREY.stroke_width(1)),
             ])
             .map_err(Failure::failed)?;
         chart
             .draw_series(curve.iter().map(|at| Circle::new(*at, 3, BLUE.filled())))
             .map_err(Failure::failed)?;
-        let label = Text::new(
-            "U_th",
-            (right - 0.4, removals.u_th_m),
-            ("sans-serif", 13).into_font(),
-        );
-        chart.draw_series([label]).map_err(Failure::failed)?;
+        let label =
+            |text, at_m| Text::new(text, (right - 1.5, at_m), ("sans-serif", 13).into_font());
+        chart
+            .draw_series([
+                label("U_th", removals.u_th_m + 0.04 * top),
+                label("nothing new", floor_m + 0.04 * top),
+            ])
+            .map_err(Failure::failed)?;
         root.present().map_err(Failure::failed)?;
     }
     files::write(&folder.join("fig3.svg"), svg.as_bytes())

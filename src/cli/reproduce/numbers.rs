@@ -2,7 +2,7 @@
 
 use crate::cli::failure::Failure;
 use crate::reproduce::{
-    Attitude, Corridor, Density, Noise, Removals, Thing, Told, attitudes, removals, told,
+    Attitude, Beams, Corridor, Density, Noise, Removals, Thing, Told, attitudes, removals, told,
 };
 use serde::Serialize;
 
@@ -23,6 +23,7 @@ struct Fig3 {
     scene: String,
     set: &'static str,
     u_th_m: f64,
+    unchanged_m: f64,
     components: [usize; 2],
     d_gmm_m: f64,
     removed: Vec<Taken>,
@@ -77,14 +78,18 @@ impl Figures {
     /// The figures of this seed.
     pub fn new(seed: u64) -> Result<Self, Failure> {
         // The corridor of Fig. 3 is ideal: the reading of least noise.
-        let corridor = Corridor {
-            thing: Thing::Cylinder,
+        let corridor = |thing| Corridor {
+            thing,
             noise: Noise::Fine,
             density: Density::Many,
+            beams: Beams::Rows,
             number: 0,
         };
-        let look = corridor.look(seed).map_err(Failure::failed)?;
-        let removals = removals(&look).map_err(Failure::failed)?;
+        let look = corridor(Thing::Cylinder).look(seed);
+        let look = look.map_err(Failure::failed)?;
+        let empty = corridor(Thing::Nothing).look(seed);
+        let empty = empty.map_err(Failure::failed)?;
+        let removals = removals(&look, &empty.current).map_err(Failure::failed)?;
         let attitudes = attitudes(seed).map_err(Failure::failed)?;
         let removed = removals.steps.iter().map(|s| Taken {
             mean: s.mean.coords.into(),
@@ -97,6 +102,7 @@ impl Figures {
                 scene: look.name,
                 set: "fine",
                 u_th_m: removals.u_th_m,
+                unchanged_m: removals.unchanged_m,
                 components: removals.components,
                 d_gmm_m: removals.d_gmm_m,
                 removed: removed.collect(),
@@ -138,13 +144,14 @@ impl Figures {
             feature,
         } = &self.fig4d;
         format!(
-            "Fig. 3, {} ({}): {} and {} Gaussians, d_GMM {:.4} m, U_th {:.4}; taken away one by one: {}\n\
+            "Fig. 3, {} ({}): {} and {} Gaussians, d_GMM {:.4} m ({:.4} of another look with nothing new), U_th {:.4}; taken away one by one: {}\n\
              Fig. 4d, Euclidean space: {}\nFig. 4d, feature space: {}",
             self.fig3.scene,
             self.fig3.set,
             self.fig3.components[0],
             self.fig3.components[1],
             self.fig3.d_gmm_m,
+            self.fig3.unchanged_m,
             self.fig3.u_th_m,
             steps.join(", "),
             euclidean.prose(*attitudes),

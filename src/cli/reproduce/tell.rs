@@ -13,6 +13,7 @@ use serde::Serialize;
 pub struct Report {
     table: u8,
     seed: u64,
+    beams: Option<&'static str>,
     seconds: f64,
     paper: Vec<Paper>,
     rows: Vec<Line>,
@@ -45,6 +46,7 @@ struct Line {
     per_object: [f64; 2],
     per_shape: [f64; 2],
     size_cm: [Option<f64>; 3],
+    size_bias_cm: [Option<f64>; 3],
     rotation_deg: [Option<f64>; 3],
     coverage: Option<f64>,
     chain_ms: f64,
@@ -77,6 +79,7 @@ impl Line {
             per_object: row.per_object(),
             per_shape: row.per_shape(),
             size_cm: row.size_cm,
+            size_bias_cm: row.size_bias_cm,
             rotation_deg: row.rotation_deg,
             coverage: row.coverage,
             chain_ms: row.chain_ms,
@@ -91,6 +94,7 @@ impl Report {
     pub fn new(
         table: u8,
         seed: u64,
+        beams: Option<&'static str>,
         seconds: f64,
         done: &[Done],
         figures: Option<Figures>,
@@ -128,6 +132,7 @@ impl Report {
         Self {
             table,
             seed,
+            beams,
             seconds,
             paper: PAPER
                 .iter()
@@ -142,8 +147,9 @@ impl Report {
 
     /// One table for each set.
     pub fn prose(&self, timed: bool) -> String {
+        let beams = self.beams.map_or(String::new(), |b| format!(", beams {b}"));
         let mut parts = vec![format!(
-            "Table {}, seed {}, {:.0} s; rates per object (Table I's counts) and per told shape (Eq. 14 as printed)",
+            "Table {}, seed {}{beams}, {:.0} s; rates per object (Table I's counts) and per told shape (Eq. 14 as printed)",
             if self.table == 1 { "I" } else { "II" },
             self.seed,
             self.seconds
