@@ -377,7 +377,7 @@ fn on(
 
 #[cfg(test)]
 mod tests {
-    use super::{Corridor, Density, Noise, Thing};
+    use super::{Beams, Corridor, Density, Noise, Thing};
     use crate::shape::Class;
 
     fn plan(thing: Thing, number: usize) -> Corridor {
