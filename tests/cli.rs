@@ -20,5 +20,7 @@ mod log;
 mod manifest;
 #[path = "cli/rejudge.rs"]
 mod rejudge;
+#[path = "cli/reproduce.rs"]
+mod reproduce;
 #[path = "cli/schemas.rs"]
 mod schemas;

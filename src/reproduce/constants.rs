@@ -54,3 +54,14 @@ pub const SITE_TILT_DEG: [f64; 2] = [-35.0, 30.0];
 pub const SITE_ROWS: usize = 120;
 /// The robot comes back to within this, metres and degrees.
 pub const RETURN_ERROR: [f64; 2] = [0.03, 1.5];
+
+/// Most Gaussians that Fig. 3 takes away; a thing has a handful.
+pub const MOST_REMOVED: usize = 12;
+/// Diameter and length of Fig. 4d's cylinder, metres: the middle of table1's.
+pub const IDEAL_CYLINDER_M: [f64; 2] = [0.5, 1.2];
+/// Where it stands, metres from the sensor at the origin; ideal moments do not depend on it.
+pub const IDEAL_CYLINDER_AT_M: [f64; 3] = [3.0, 0.0, 0.0];
+/// Points beside its Gaussian.
+pub const IDEAL_CYLINDER_POINTS: usize = 400;
+/// Attitudes that it is given.
+pub const CYLINDER_ATTITUDES: usize = 50;

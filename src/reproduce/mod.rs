@@ -2,71 +2,29 @@
 //! what was in them, what the engine made of each, and the columns of Tables I and II.
 //!
 //! `corridor` and `sites` make scenes with their truth, `ways` are the columns, `judge` is where scenes
-//! meet the engine, `score` compares one answer with its truth, `row` counts.
+//! meet the engine, `score` compares one answer with its truth, `row` counts. `removal` is Fig. 3, `ideal_cylinder`
+//! Fig. 4d; `picture` and `outline` are what Fig. 5 and 6 show.
 
 mod constants;
 mod corridor;
+mod ideal_cylinder;
 mod judge;
+pub mod outline;
+mod picture;
+mod removal;
 mod row;
 mod score;
 mod sites;
+mod truth;
 mod ways;
 
 pub use corridor::{Beams, Corridor, Density, Noise, Thing};
+pub use ideal_cylinder::{Attitude, Told, attitudes, told};
 pub use judge::{Clock, Judged, judge};
+pub use picture::{Picture, picture};
+pub use removal::{Removal, RemovalError, Removals, removals};
 pub use row::{PAPER, PaperColumn, Row};
 pub use score::{Mark, rotation_error_rad, score};
 pub use sites::Site;
+pub use truth::{Look, Truth};
 pub use ways::Way;
-
-use crate::geometry::View;
-use crate::shape::{Class, Primitive};
-use nalgebra::Matrix3;
-
-/// What is true of a scene's novelty.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Truth {
-    /// Its class.
-    pub class: Class,
-    /// Its middle in the current view's frame, metres.
-    pub centre: nalgebra::Point3<f64>,
-    /// Its axes as columns, where it has any; a symmetry's choice is the scorer's business.
-    pub rotation: Matrix3<f64>,
-    /// Full lengths along them, metres.
-    pub size_m: [f64; 3],
-    /// Which of these a thing like this has: a person has a height, but no diameter.
-    pub sized: [bool; 3],
-    /// Whether its axes mean something beyond the third.
-    pub turned: bool,
-}
-
-impl Truth {
-    /// A primitive as seen from `sensor`.
-    pub fn of(primitive: &Primitive, sensor: &nalgebra::Point3<f64>) -> Self {
-        let size_m = primitive.size_m();
-        Self {
-            class: primitive.class(),
-            centre: primitive.centre(),
-            rotation: primitive.rotation(sensor),
-            size_m,
-            sized: [true; 3],
-            turned: primitive.class() == Class::Plane
-                && size_m[0] >= constants::TURN_RATIO * size_m[1],
-        }
-    }
-}
-
-/// Two looks at one place, and what came between them.
-#[derive(Debug, Clone)]
-pub struct Look {
-    /// Name that runs it again, such as `sphere-17`.
-    pub name: String,
-    /// How it was.
-    pub reference: View,
-    /// How it is.
-    pub current: View,
-    /// What came; `None` where nothing did.
-    pub truth: Option<Truth>,
-    /// Whether something else truly went (a door's old place): such novelties are no false shapes.
-    pub vacated: bool,
-}

@@ -19,6 +19,8 @@ pub struct Row {
     pub wrong: usize,
     /// Root mean square error of the sizes, centimetres, over shapes of the right class.
     pub size_cm: [Option<f64>; 3],
+    /// Mean of the sizes' errors, centimetres; what is left of the above is their standard deviation.
+    pub size_bias_cm: [Option<f64>; 3],
     /// Root mean square rotation about the shape's own axes, degrees.
     pub rotation_deg: [Option<f64>; 3],
     /// Share of sizes within their 95 % interval.
@@ -53,6 +55,8 @@ impl Row {
             wrong: count(|m| m.wrong),
             size_cm: [0, 1, 2]
                 .map(|k| rms(marks.clone().filter_map(|m| m.size_error_m?[k])).map(|e| 100.0 * e)),
+            size_bias_cm: [0, 1, 2]
+                .map(|k| mean(marks.clone().filter_map(|m| m.size_error_m?[k])).map(|e| 100.0 * e)),
             rotation_deg: [0, 1, 2].map(|k| {
                 rms(marks.clone().filter_map(|m| m.rotation_error_rad?[k])).map(f64::to_degrees)
             }),
@@ -83,9 +87,13 @@ impl Row {
     }
 }
 
+fn mean(errors: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = errors.fold((0.0, 0), |(s, n), e| (s + e, n + 1));
+    (count > 0).then(|| sum / f64::from(count))
+}
+
 fn rms(errors: impl Iterator<Item = f64>) -> Option<f64> {
-    let (sum, count) = errors.fold((0.0, 0), |(s, n), e| (s + e * e, n + 1));
-    (count > 0).then(|| (sum / f64::from(count)).sqrt())
+    mean(errors.map(|e| e * e)).map(f64::sqrt)
 }
 
 /// A column of the paper's table.
@@ -178,6 +186,7 @@ mod tests {
         assert_eq!(row.per_object(), [0.5, 0.75]);
         assert_eq!(row.per_shape(), [0.4, 0.6]);
         assert!((row.size_cm[1].expect("sizes") - 4.0).abs() < 1e-12);
+        assert!((row.size_bias_cm[0].expect("sizes") - 3.0).abs() < 1e-12);
         assert_eq!((row.size_cm[2], row.coverage), (None, Some(0.5)));
     }
 }

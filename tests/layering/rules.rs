@@ -36,12 +36,15 @@ const NARROWER: [(&str, &[&str]); 3] = [
     ),
     (
         "reproduce",
-        &["geometry", "mixture", "novelty", "shape", "patrol", "world"],
+        &[
+            "geometry", "mixture", "distance", "novelty", "shape", "patrol", "world",
+        ],
     ),
 ];
 
 /// Outside crates, and the folders that may name them.
-const HOMES: [(&str, &[&str]); 4] = [
+const HOMES: [(&str, &[&str]); 5] = [
+    ("plotters", &["src/cli/reproduce/"]),
     ("pulp", &["src/mixture/instructions.rs"]),
     ("serialport", &["drivers/link/"]),
     ("rusqlite", &["src/store/"]),

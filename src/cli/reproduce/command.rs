@@ -1,14 +1,18 @@
 //! The command itself: which scenes, in which ways, on how many threads.
 
+use super::figures;
+use super::numbers::Figures;
 use super::tell::Report;
 use crate::cli::failure::{DONE, Failure, Outcome};
-use crate::cli::{output, progress};
+use crate::cli::{files, output, progress};
 use crate::reproduce::{
-    Beams, Corridor, Density, Look, Mark, Noise, Site, Thing, Way, judge, score,
+    Beams, Corridor, Density, Look, Mark, Noise, Site, Thing, Way, judge, picture, score,
 };
 use crate::world::SceneError;
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Arguments of `reproduce`.
@@ -41,6 +45,9 @@ pub struct ReproduceArgs {
     /// Report as JSON
     #[arg(long)]
     json: bool,
+    /// Write the paper's figures here as SVG; the folder is made
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -229,11 +236,56 @@ pub fn run(args: &ReproduceArgs) -> Outcome {
         TableArg::Table1 => 1,
         TableArg::Table2 => 2,
     };
-    let report = Report::new(table, args.seed, clock() / 1e3, &done);
+    let figures = match args.table {
+        TableArg::Table1 if args.scene.is_none() => Some(Figures::new(args.seed)?),
+        _ => None,
+    };
+    if let Some(folder) = &args.figures {
+        fs::create_dir_all(folder).map_err(|error| files::named(folder, error))?;
+        draw(folder, args, &planned, figures.as_ref())?;
+    }
+    let beams = match (args.table, args.beams) {
+        (TableArg::Table2, _) => None,
+        (TableArg::Table1, BeamsArg::Rows) => Some("rows"),
+        (TableArg::Table1, BeamsArg::Scattered) => Some("scattered"),
+    };
+    let report = Report::new(table, args.seed, beams, clock() / 1e3, &done, figures);
     if args.json {
         output::json(&report)?;
     } else {
         output::line(report.prose(args.threads == 1))?;
     }
     Ok(DONE)
+}
+
+/// Fig. 3 and 4d, and as Fig. 5 or 6 the first scene of every kind.
+fn draw(
+    folder: &Path,
+    args: &ReproduceArgs,
+    planned: &[Planned],
+    told: Option<&Figures>,
+) -> Result<(), Failure> {
+    if let Some(told) = told {
+        figures::removals(folder, told.removals())?;
+        if let Some(first) = told.attitudes().first() {
+            figures::ideal_cylinder(folder, first)?;
+        }
+    }
+    let mut drawn = Vec::new();
+    for scene in planned {
+        let kind = (scene.set(), scene.of());
+        if drawn.contains(&kind) || scene.of() == Thing::Nothing.word() {
+            continue;
+        }
+        drawn.push(kind);
+        let look = scene.look(args.seed).map_err(Failure::failed)?;
+        let picture = picture(&look).map_err(Failure::failed)?;
+        let figure = match args.table {
+            TableArg::Table1 => "fig5",
+            TableArg::Table2 => "fig6",
+        };
+        let name = format!("{figure}-{}-{}", scene.set(), scene.name());
+        figures::scene(folder, &name, &picture)?;
+    }
+    Ok(())
 }

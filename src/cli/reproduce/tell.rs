@@ -1,6 +1,7 @@
 //! The tables for people, and the JSON.
 
 use super::command::Done;
+use super::numbers::Figures;
 use crate::cli::table;
 use crate::patrol::class_word;
 use crate::reproduce::{Mark, PAPER, PaperColumn, Row};
@@ -12,9 +13,11 @@ use serde::Serialize;
 pub struct Report {
     table: u8,
     seed: u64,
+    beams: Option<&'static str>,
     seconds: f64,
     paper: Vec<Paper>,
     rows: Vec<Line>,
+    figures: Option<Figures>,
     misses: Vec<Miss>,
 }
 
@@ -43,6 +46,7 @@ struct Line {
     per_object: [f64; 2],
     per_shape: [f64; 2],
     size_cm: [Option<f64>; 3],
+    size_bias_cm: [Option<f64>; 3],
     rotation_deg: [Option<f64>; 3],
     coverage: Option<f64>,
     chain_ms: f64,
@@ -75,6 +79,7 @@ impl Line {
             per_object: row.per_object(),
             per_shape: row.per_shape(),
             size_cm: row.size_cm,
+            size_bias_cm: row.size_bias_cm,
             rotation_deg: row.rotation_deg,
             coverage: row.coverage,
             chain_ms: row.chain_ms,
@@ -86,7 +91,14 @@ impl Line {
 
 impl Report {
     /// The report of these scenes.
-    pub fn new(table: u8, seed: u64, seconds: f64, done: &[Done]) -> Self {
+    pub fn new(
+        table: u8,
+        seed: u64,
+        beams: Option<&'static str>,
+        seconds: f64,
+        done: &[Done],
+        figures: Option<Figures>,
+    ) -> Self {
         let mut rows = Vec::new();
         let mut keys: Vec<_> = done.iter().map(|d| (d.set, d.way)).collect();
         let mut seen = std::collections::HashSet::new();
@@ -120,6 +132,7 @@ impl Report {
         Self {
             table,
             seed,
+            beams,
             seconds,
             paper: PAPER
                 .iter()
@@ -127,14 +140,16 @@ impl Report {
                 .map(paper)
                 .collect(),
             rows,
+            figures,
             misses: misses.collect(),
         }
     }
 
     /// One table for each set.
     pub fn prose(&self, timed: bool) -> String {
+        let beams = self.beams.map_or(String::new(), |b| format!(", beams {b}"));
         let mut parts = vec![format!(
-            "Table {}, seed {}, {:.0} s; rates per object (Table I's counts) and per told shape (Eq. 14 as printed)",
+            "Table {}, seed {}{beams}, {:.0} s; rates per object (Table I's counts) and per told shape (Eq. 14 as printed)",
             if self.table == 1 { "I" } else { "II" },
             self.seed,
             self.seconds
@@ -143,6 +158,7 @@ impl Report {
             let Some(first) = rows.first() else { continue };
             parts.push(format!("\n{}\n{}", first.set, self.set(rows, timed)));
         }
+        parts.extend(self.figures.as_ref().map(|f| format!("\n{}", f.prose())));
         parts.join("\n")
     }
 

@@ -1,0 +1,105 @@
+//! From places to pixels: a parallel projection from behind, above and to the right of the sensor.
+
+use nalgebra::{Point3, Vector3};
+use plotters::prelude::RGBColor;
+
+/// Which way the picture looks, degrees: to the left of ahead, and down.
+const LOOK_DEG: [f64; 2] = [25.0, 25.0];
+
+/// Colour and width of lines, or of points.
+#[derive(Debug, Clone, Copy)]
+pub struct Style {
+    /// Colour.
+    pub colour: RGBColor,
+    /// Width of a line, radius of a point, pixels.
+    pub width: u32,
+}
+
+/// Lines of one style, metres; a line of one place is a point.
+#[derive(Debug, Clone)]
+pub struct Drawn {
+    /// The lines.
+    pub lines: Vec<Vec<Point3<f64>>>,
+    /// Their style.
+    pub style: Style,
+}
+
+/// The part of the projection that a panel shows.
+#[derive(Debug, Clone, Copy)]
+pub struct Frame {
+    right: Vector3<f64>,
+    up: Vector3<f64>,
+    middle: [f64; 2],
+    pixels_per_m: f64,
+    size: [f64; 2],
+}
+
+impl Frame {
+    /// As large as a panel of `size` pixels allows; `None` of nothing.
+    pub fn around(drawn: &[Drawn], size: (u32, u32)) -> Option<Self> {
+        let [left, down] = LOOK_DEG.map(f64::to_radians);
+        let ahead = Vector3::new(
+            down.cos() * left.cos(),
+            down.cos() * left.sin(),
+            -down.sin(),
+        );
+        let right = ahead.cross(&Vector3::z()).normalize();
+        let up = right.cross(&ahead);
+        let mut bounds: Option<[[f64; 2]; 2]> = None;
+        for p in drawn.iter().flat_map(|d| d.lines.iter().flatten()) {
+            let at = [p.coords.dot(&right), p.coords.dot(&up)];
+            let [low, high] = bounds.unwrap_or([at, at]);
+            bounds = Some([
+                [low[0].min(at[0]), low[1].min(at[1])],
+                [high[0].max(at[0]), high[1].max(at[1])],
+            ]);
+        }
+        let [low, high] = bounds?;
+        let size = [f64::from(size.0), f64::from(size.1)];
+        let scale = |k: usize| size[k] / (high[k] - low[k]).max(1e-6);
+        Some(Self {
+            right,
+            up,
+            middle: [0, 1].map(|k| f64::midpoint(low[k], high[k])),
+            pixels_per_m: scale(0).min(scale(1)),
+            size,
+        })
+    }
+
+    /// Where `p` is drawn: from the left, from the top.
+    pub fn pixel(&self, p: &Point3<f64>) -> (i32, i32) {
+        let at = [p.coords.dot(&self.right), p.coords.dot(&self.up)];
+        let from_middle = [0, 1].map(|k| (at[k] - self.middle[k]) * self.pixels_per_m);
+        (
+            (self.size[0] / 2.0 + from_middle[0]).round() as i32,
+            (self.size[1] / 2.0 - from_middle[1]).round() as i32,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Drawn, Frame, Style};
+    use nalgebra::Point3;
+    use plotters::prelude::BLACK;
+
+    #[test]
+    fn everything_drawn_lies_in_the_panel_and_up_is_up() {
+        let points = [[0.0, 0.0, 0.0], [4.0, -1.0, 2.0], [2.0, 1.5, -0.5]].map(Point3::from);
+        let drawn = [Drawn {
+            lines: vec![points.to_vec()],
+            style: Style {
+                colour: BLACK,
+                width: 1,
+            },
+        }];
+        let frame = Frame::around(&drawn, (300, 200)).expect("a frame");
+        for p in &points {
+            let (x, y) = frame.pixel(p);
+            assert!((0..=300).contains(&x) && (0..=200).contains(&y), "{x} {y}");
+        }
+        let [foot, head] = [0.0, 1.0].map(|z| frame.pixel(&Point3::new(1.0, 0.0, z)));
+        assert!(foot.0 == head.0 && head.1 < foot.1);
+        assert!(Frame::around(&[], (10, 10)).is_none());
+    }
+}

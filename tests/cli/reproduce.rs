@@ -1,0 +1,114 @@
+//! `reproduce`: its JSON, the same for any number of threads; a scene that runs again alone gives what it gave.
+
+use crate::harness::program::patrold;
+use crate::harness::schema;
+use serde_json::Value;
+
+/// The report without what the clock says.
+fn timeless(mut report: Value) -> Value {
+    report["seconds"] = Value::Null;
+    for row in report["rows"].as_array_mut().into_iter().flatten() {
+        row["chain_ms"] = Value::Null;
+        row["reference_ms"] = Value::Null;
+    }
+    report
+}
+
+fn reproduce(args: &[&str]) -> Value {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let ran = patrold(dir.path(), &[&["reproduce"], args, &["--json"]].concat());
+    assert_eq!(ran.code, 0, "{ran:?}");
+    let report = ran.json();
+    schema::check("reproduce", &report);
+    report
+}
+
+fn row<'a>(report: &'a Value, set: &str, way: &str, of: &str) -> &'a Value {
+    let rows = report["rows"].as_array().expect("rows");
+    let found = rows
+        .iter()
+        .find(|r| r["set"] == set && r["way"] == way && r["of"] == of);
+    found.unwrap_or_else(|| panic!("no row {set} {way} {of}"))
+}
+
+#[test]
+fn the_first_table_has_its_form_and_does_not_depend_on_threads() {
+    let with = |threads| reproduce(&["table1", "--scenes", "1", "--threads", threads]);
+    let report = with("1");
+    let all = row(&report, "printed", "feature", "all");
+    assert_eq!((&all["objects"], &all["empty"]), (&3.into(), &1.into()));
+    assert_eq!(report["paper"].as_array().map(Vec::len), Some(2));
+    // A ball has no axes; a bar none about its own; four sets of five columns were run.
+    let bar = row(&report, "fine", "feature", "cylinder");
+    assert_eq!(bar["rotation_deg"][2], Value::Null);
+    let columns = report["rows"].as_array().into_iter().flatten();
+    assert_eq!(columns.filter(|r| r["of"] == "all").count(), 4 * 5);
+    assert_eq!(timeless(report), timeless(with("2")));
+}
+
+#[test]
+fn a_scene_run_alone_gives_what_it_gave_among_others() {
+    let some = ["table1", "--set", "printed", "--way", "feature"];
+    let many = reproduce(&[&some[..], &["--scenes", "2"]].concat());
+    let alone = reproduce(&[&some[..], &["--scenes", "2", "--scene", "plane-1"]].concat());
+    let of = |report: &Value, key: &str| row(report, "printed", "feature", "plane")[key].clone();
+    assert_eq!(of(&alone, "objects"), 1);
+    let told = |report: &Value| {
+        let misses = report["misses"].as_array().cloned().unwrap_or_default();
+        misses.into_iter().find(|m| m["scene"] == "plane-1")
+    };
+    assert_eq!(told(&alone), told(&many));
+}
+
+#[test]
+fn the_second_table_is_swept_by_a_robot_that_comes_back_elsewhere() {
+    let report = reproduce(&["table2", "--scenes", "1", "--way", "feature"]);
+    for site in ["door-opened", "person", "door-closed"] {
+        let [mixture, cloud] =
+            [0, 1].map(|k| row(&report, "sites", "feature", site)["bytes"][k].as_f64());
+        // A mixture stands for a cloud by being smaller.
+        assert!(mixture > Some(0.0) && mixture < cloud, "{site}");
+    }
+}
+
+#[test]
+fn figures_are_drawn_where_they_are_asked_for() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let args = [
+        "reproduce",
+        "table1",
+        "--set",
+        "fine",
+        "--scenes",
+        "1",
+        "--way",
+        "feature",
+        "--figures",
+        "of/it",
+    ];
+    let ran = patrold(dir.path(), &args);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    for name in [
+        "fig3",
+        "fig4d",
+        "fig5-fine-sphere-0",
+        "fig5-fine-cylinder-0",
+        "fig5-fine-plane-0",
+    ] {
+        let path = dir.path().join(format!("of/it/{name}.svg"));
+        let svg = std::fs::read_to_string(&path).expect(name);
+        assert!(
+            svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"),
+            "{name}"
+        );
+        // Method A is blue, method B and the threshold red.
+        assert!(svg.contains("#FF0000"), "{name}");
+    }
+}
+
+#[test]
+fn a_scene_that_is_not_there_is_a_mistake_of_the_caller() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let ran = patrold(dir.path(), &["reproduce", "table1", "--scene", "cube-3"]);
+    assert_eq!(ran.code, 2, "{ran:?}");
+}
