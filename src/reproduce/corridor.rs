@@ -385,7 +385,7 @@ mod tests {
             thing,
             noise: Noise::Fine,
             density: Density::Many,
-            beams: if number % 2 == 0 {
+            beams: if number.is_multiple_of(2) {
                 Beams::Rows
             } else {
                 Beams::Scattered

@@ -101,6 +101,9 @@ pub(super) const LONELY_DISTANCES: f64 = 4.0;
 pub(super) const LONELY_SAMPLE: usize = 200;
 /// More than this share of all points is no set of strays but a thing of its own kind.
 pub(super) const MOST_LONELY_SHARE: f64 = 0.2;
+/// Classes whose moments cost this much more than another's (as -2 ln odds) are no candidates: the
+/// prior against the data would have to be e^40.
+pub(super) const RULED_OUT_COST: f64 = 80.0;
 /// Fits of one class that are judged again by the spread of the points.
 pub(super) const MOST_JUDGED: usize = 1;
 /// Share of points next to a surface that belong to something else (segmentation leaves some).

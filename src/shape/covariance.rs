@@ -3,7 +3,7 @@
 use super::constants::{
     LEAST_AXIS_VIEW_RAD, LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE,
     MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES, PROMISING_COST, ROUGHNESS_SHARE,
-    SAME_ANSWER_M, UNLIKELY_PENALTY,
+    RULED_OUT_COST, SAME_ANSWER_M, UNLIKELY_PENALTY,
 };
 use super::matching::{Matched, Observed, Witness, matched};
 use super::primitive::Primitive;
@@ -122,6 +122,17 @@ fn judged(
 ) -> Vec<Vec<Matched>> {
     let expected = observed.noise_m.hypot(ROUGHNESS_SHARE * observed.scale_m);
     let first = witness(observed, expected);
+    // Where the moments alone rule a class out, its points need not be asked.
+    let cheapest = |class: &[Matched]| {
+        let costs = class.iter().map(|fit| fit.cost);
+        costs.fold(f64::INFINITY, f64::min)
+    };
+    let least = fits
+        .iter()
+        .map(|class| cheapest(class))
+        .fold(f64::INFINITY, f64::min);
+    let ruled_out = |class: &[Matched]| cheapest(class) > least + RULED_OUT_COST;
+    let fits: Vec<Vec<Matched>> = fits.into_iter().filter(|class| !ruled_out(class)).collect();
     let again = |witness: Witness, fits: Vec<Vec<Matched>>| -> Vec<Vec<Matched>> {
         let class = |class: Vec<Matched>| {
             let fits = class.into_iter();

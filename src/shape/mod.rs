@@ -16,6 +16,8 @@ mod matching;
 mod model;
 mod moments;
 mod primitive;
+#[cfg(test)]
+mod printed;
 pub mod ransac;
 #[cfg(test)]
 mod recorded;

@@ -46,9 +46,9 @@ fn rates(class: usize, points: usize, sigma_m: f64, settings: &ShapeSettings) ->
             .best;
         if answer.class == truth.class() {
             right += 1;
-            for k in 0..3 {
+            for (k, square) in squares.iter_mut().enumerate() {
                 let error = answer.size_m[k] - truth.size_m()[k];
-                squares[k] += error * error;
+                *square += error * error;
                 if truth.size_m()[k] > 0.0 {
                     let in_sds = error.abs() / answer.size_sd_m[k].max(1e-12);
                     z += in_sds * in_sds;
