@@ -73,9 +73,15 @@ fn link_m(own: &Prepared, p: &Point3<f64>, least_m: f64, settings: &SegmentSetti
     if usual_m <= least_m || range_m <= 0.0 {
         return least_m;
     }
-    let density = own.rays.density_per_sr(&(beam / range_m)).max(1.0);
-    let crowding = (density / own.rays.mean_density_per_sr).max(1.0).sqrt();
-    least_m.max(usual_m / crowding)
+    let (_, crowding) = density(own, &(beam / range_m));
+    least_m.max(usual_m / crowding.sqrt())
+}
+
+/// Own beams per steradian about a direction, and how many times as many as usual those are: 1 at least, for where
+/// neighbours are missing the pattern is no sparser than elsewhere.
+fn density(own: &Prepared, direction: &Vector3<f64>) -> (f64, f64) {
+    let local = own.rays.density_per_sr(direction).max(1.0);
+    (local, (local / own.rays.mean_density_per_sr).max(1.0))
 }
 
 /// Seeds, and the less sure points near them.
@@ -180,14 +186,12 @@ pub fn measure(
     let mut support = 0.0;
     let (mut through, mut crowding) = (0.0, 0.0);
     for (i, d) in points.iter().zip(&directions) {
-        // Where neighbours are missing the pattern is no sparser than elsewhere.
-        let local = own.rays.density_per_sr(d).max(1.0);
-        let density = local.max(own.rays.mean_density_per_sr);
+        let (local, crowded) = density(own, d);
         support += evidence[*i].z.max(evidence[*i].z_loose).min(20.0)
             * settings.support_density_per_sr
-            / density;
+            / (crowded * own.rays.mean_density_per_sr);
         through += 1.0 / local;
-        crowding += density / own.rays.mean_density_per_sr / n;
+        crowding += crowded / n;
     }
     // Solid angle of its own beams over that of the ellipse with the same moments.
     let outline = std::f64::consts::PI * 4.0 * (small.max(0.0) * large.max(0.0)).sqrt();

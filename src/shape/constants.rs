@@ -92,13 +92,11 @@ pub(super) const UNLIKELY_PENALTY: f64 = 10.0;
 /// Fits of one class whose moments cost this much more than its best (as -2 ln odds) are given up
 /// before the points are asked.
 pub(super) const PROMISING_COST: f64 = 40.0;
-/// Neighbours that a point of a thing has within `LONELY_DISTANCES` usual distances; clusters of
-/// no more are strays.
+/// Neighbours that a point of a thing has within `LONELY_SPACINGS`; clusters of no more are strays.
 pub(super) const LONELY_COMPANY: usize = 3;
-/// See `LONELY_COMPANY`: rows of a scan part by up to some three times where a surface slants away.
-pub(super) const LONELY_DISTANCES: f64 = 4.0;
-/// Points whose neighbours tell the usual distance.
-pub(super) const LONELY_SAMPLE: usize = 200;
+/// See `LONELY_COMPANY`; in distances to the sixth neighbour, within which the third lies at some
+/// 0.7: rows of a scan part by up to three times where a surface slants away.
+pub(super) const LONELY_SPACINGS: f64 = 2.8;
 /// More than this share of all points is no set of strays but a thing of its own kind.
 pub(super) const MOST_LONELY_SHARE: f64 = 0.2;
 /// Classes whose moments cost this much more than another's (as -2 ln odds) are no candidates: the

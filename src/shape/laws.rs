@@ -131,6 +131,22 @@ proptest! {
 }
 
 #[test]
+fn a_few_points_of_a_far_wall_change_nothing() {
+    for class in 0..3 {
+        for seed in 0..10 {
+            let (truth, mut rng) = thing(class, seed);
+            let seen = look(&truth, &Point3::origin(), 90, 0.01, &mut rng);
+            let settings = with_noise(0.01);
+            let alone = told(&seen, &Point3::origin(), &settings).best;
+            let behind = [[2.2, 0.3, 0.1], [1.6, -1.1, 0.4]].map(Vector3::from);
+            let strays = behind.map(|v| truth.centre() + v);
+            let both = told(&[&seen[..], &strays].concat(), &Point3::origin(), &settings).best;
+            assert_eq!(both, alone, "{truth:?}");
+        }
+    }
+}
+
+#[test]
 fn same_input_same_answer() {
     let (truth, mut rng) = thing(1, 4);
     let seen = look(&truth, &Point3::origin(), 150, 0.01, &mut rng);

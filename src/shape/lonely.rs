@@ -1,18 +1,18 @@
 //! Points that stand alone. Segmentation leaves a few of another surface's in a novelty, and
 //! moments have no defence: one point two metres off turns a ball into a rod.
 
-use super::constants::{LONELY_COMPANY, LONELY_DISTANCES, LONELY_SAMPLE, MOST_LONELY_SHARE};
+use super::constants::{LONELY_COMPANY, LONELY_SPACINGS, MOST_LONELY_SHARE};
+use super::ransac::spacing_m;
 use crate::geometry::Grid;
 use nalgebra::Point3;
 
-/// The points with company: at least `LONELY_COMPANY` others within `LONELY_DISTANCES` times the
-/// distance that is usual among these points. All of them where that would leave too few to call
-/// the rest strays.
+/// The points with company: at least `LONELY_COMPANY` others within `LONELY_SPACINGS` times the
+/// spacing of these points. All of them where that would leave too few to call the rest strays.
 pub(super) fn in_company(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
-    let Some(usual_m) = usual_distance_m(points).filter(|d| *d > 0.0) else {
+    let reach_m = LONELY_SPACINGS * spacing_m(points);
+    if reach_m <= 0.0 {
         return points.to_vec();
-    };
-    let reach_m = LONELY_DISTANCES * usual_m;
+    }
     let grid = Grid::new(points, reach_m);
     let kept: Vec<Point3<f64>> = points
         .iter()
@@ -29,29 +29,6 @@ pub(super) fn in_company(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
         return points.to_vec();
     }
     kept
-}
-
-/// Median, over a sample, of the distance to the `LONELY_COMPANY`-th neighbour.
-fn usual_distance_m(points: &[Point3<f64>]) -> Option<f64> {
-    let stride = points.len().div_ceil(LONELY_SAMPLE).max(1);
-    let mut reaches: Vec<f64> = points
-        .iter()
-        .step_by(stride)
-        .filter_map(|p| {
-            let mut nearest = [f64::INFINITY; LONELY_COMPANY + 1];
-            for q in points {
-                let d2 = (q - p).norm_squared();
-                let place = nearest.partition_point(|n| *n <= d2);
-                if place < nearest.len() {
-                    nearest[place..].rotate_right(1);
-                    nearest[place] = d2;
-                }
-            }
-            nearest.last().copied().filter(|d2| d2.is_finite())
-        })
-        .collect();
-    reaches.sort_by(f64::total_cmp);
-    reaches.get(reaches.len() / 2).map(|d2| d2.sqrt())
 }
 
 #[cfg(test)]

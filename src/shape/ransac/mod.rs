@@ -25,3 +25,4 @@ pub use detect::{Detected, RansacSettings, detect, remainder};
 pub use ellipsoid::surface_samples;
 pub(super) use extent::smallest_rectangle;
 pub use normals::estimate_normals;
+pub(super) use normals::spacing_m;
