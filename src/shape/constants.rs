@@ -106,6 +106,9 @@ pub(super) const RULED_OUT_COST: f64 = 80.0;
 pub(super) const MOST_JUDGED: usize = 1;
 /// Share of points next to a surface that belong to something else (segmentation leaves some).
 pub(super) const FOREIGN_SHARE: f64 = 0.02;
+/// Rows farther apart than this many standard deviations show through the noise: at 1.5 what is left of
+/// them is e^-9 of the mean density.
+pub(super) const ROWS_SHOW_SIGMAS: f64 = 1.5;
 /// Least blur of an edge, share of the spacing of the points: keeps the likelihood smooth.
 pub(super) const LEAST_BLUR_SHARE: f64 = 0.1;
 /// Noise is told at most this many times too large.

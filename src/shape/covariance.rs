@@ -59,16 +59,35 @@ pub(super) fn candidates(
     let back = Isometry3::from_parts(moments.mean.coords.into(), Default::default());
     scored
         .into_iter()
-        .map(|(score, fit)| Candidate {
-            primitive: fit.primitive.transformed(&back),
-            centre_sd_m: fit.centre_sd_m,
-            size_sd_m: fit.size_sd_m,
-            probability: ((best - score) / 2.0).exp() / total,
+        .map(|(score, fit)| {
+            let (centre_sd_m, size_sd_m) = fit.spreads(&observed);
+            Candidate {
+                primitive: fit.primitive.transformed(&back),
+                centre_sd_m,
+                size_sd_m,
+                probability: ((best - score) / 2.0).exp() / total,
+            }
         })
         .collect()
 }
 
-/// Coordinates about the mean; the whole ideal surface where the sensor stands among the points.
+/// What of a surface the points show: all of the ideal one where the sensor stands among them.
+pub(super) fn shown(
+    points: &[Point3<f64>],
+    sensor: &Point3<f64>,
+    settings: &ShapeSettings,
+) -> (SurfaceModel, BeamDensity) {
+    let among = (0..3).all(|k| {
+        points.iter().any(|p| p[k] <= sensor[k]) && points.iter().any(|p| p[k] >= sensor[k])
+    });
+    if among {
+        (SurfaceModel::Ideal, BeamDensity::Area)
+    } else {
+        (settings.surface, settings.density)
+    }
+}
+
+/// Coordinates about the mean.
 fn observed(
     points: &[Point3<f64>],
     moments: &Gaussian,
@@ -76,14 +95,7 @@ fn observed(
     noise_m: f64,
     settings: &ShapeSettings,
 ) -> Observed {
-    let among = (0..3).all(|k| {
-        points.iter().any(|p| p[k] <= sensor[k]) && points.iter().any(|p| p[k] >= sensor[k])
-    });
-    let (surface, density) = if among {
-        (SurfaceModel::Ideal, BeamDensity::Area)
-    } else {
-        (settings.surface, settings.density)
-    };
+    let (surface, density) = shown(points, sensor, settings);
     let stride = points.len().div_ceil(MOST_FITTED_POINTS).max(1);
     Observed::new(
         &moments.covariance,

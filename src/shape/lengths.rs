@@ -1,7 +1,9 @@
 //! Lengths from where the points end: a plane's sides with its turn, a cylinder's length. The
 //! moments give a start; the likelihood of the edges ([`edges`](super::edges)) gives the answer.
 
-use super::constants::{BOUNDS, FOREIGN_SHARE, LEAST_BLUR_SHARE, LEAST_SEEN_NOISE};
+use super::constants::{
+    BOUNDS, FOREIGN_SHARE, LEAST_BLUR_SHARE, LEAST_SEEN_NOISE, ROWS_SHOW_SIGMAS,
+};
 use super::covariance::Candidate;
 use super::edges::{Between, Likelihood, climb, typical_gap_m};
 use super::moments::seen_weight;
@@ -40,12 +42,12 @@ impl Look<'_> {
             }
         }
     }
+}
 
-    /// Standard deviation that the spacing of the points leaves to an edge, metres: it lies
-    /// anywhere between the last row and the next.
-    fn edge_variance(&self, gap_m: f64) -> f64 {
-        gap_m * gap_m / 12.0
-    }
+/// Variance that the spacing of the points leaves to an edge, square metres: it lies anywhere
+/// between the last row and the next.
+fn edge_variance(gap_m: f64) -> f64 {
+    gap_m * gap_m / 12.0
 }
 
 /// The candidate with its lengths as the points show them.
@@ -60,6 +62,12 @@ pub(super) fn measured(candidate: Candidate, look: &Look<'_>) -> Candidate {
 /// Points stand for the cell of surface around them: half a gap to either side. Offsets in gaps
 /// and weights (Simpson), whose variance is that of a uniform law.
 const CELL: [(f64, f64); 3] = [(-0.5, 1.0 / 6.0), (0.0, 4.0 / 6.0), (0.5, 1.0 / 6.0)];
+
+/// Whether rows a gap apart show through this blur. Where they do not, the points alone are as good
+/// as their cells: of a comb of rows the blur leaves exp(-2 (pi sigma / gap)^2).
+fn rows_show(gap_m: f64, sigma: f64) -> bool {
+    gap_m > ROWS_SHOW_SIGMAS * sigma
+}
 
 /// The blur that edges are sought with. Noise as told or as seen about the surface, whichever is less: an edge that
 /// is looked for too softly is found too far inside.
@@ -90,6 +98,11 @@ fn cylinder(candidate: &Candidate, c: &Cylinder, look: &Look<'_>) -> Option<Cand
     let (first, last) = (*heights.first()?, *heights.last()?);
     let sigma = blur_m(look, &candidate.primitive, gap_m);
     let span_m = last - first + gap_m + 2.0 * sigma;
+    let cell = if rows_show(gap_m, sigma) {
+        &CELL[..]
+    } else {
+        &[(0.0, 1.0)]
+    };
     let side = Vector3::from(c.rotation(look.sensor).column(0));
     let weight = |u: f64| {
         let at = c.centre + side * c.radius_m + c.axis.as_ref() * u;
@@ -106,7 +119,7 @@ fn cylinder(candidate: &Candidate, c: &Cylinder, look: &Look<'_>) -> Option<Cand
         let mut sum = Likelihood::zero();
         for (&u, &w) in heights.iter().zip(&weights) {
             let (mut log, mut gradient) = (0.0, Vector2::zeros());
-            for (offset, share) in CELL {
+            for &(offset, share) in cell {
                 let b = Between::new(u + offset * gap_m, low, high, sigma);
                 let own = (1.0 - FOREIGN_SHARE) * w / total;
                 let density = own * b.share + FOREIGN_SHARE / span_m;
@@ -123,7 +136,7 @@ fn cylinder(candidate: &Candidate, c: &Cylinder, look: &Look<'_>) -> Option<Cand
     let covariance = at.information.try_inverse()? / look.independent_share;
     let (low, high) = (edges[0], edges[1]);
     let variance = covariance[(0, 0)] + covariance[(1, 1)] - 2.0 * covariance[(0, 1)]
-        + 2.0 * look.edge_variance(gap_m);
+        + 2.0 * edge_variance(gap_m);
     let mut measured = candidate.clone();
     measured.primitive = Primitive::Cylinder(Cylinder {
         centre: c.centre + c.axis.as_ref() * f64::midpoint(low, high),
@@ -131,7 +144,7 @@ fn cylinder(candidate: &Candidate, c: &Cylinder, look: &Look<'_>) -> Option<Cand
         ..*c
     });
     measured.size_sd_m[2] = variance.max(0.0).sqrt();
-    let along = (covariance.sum() / 4.0 + look.edge_variance(gap_m) / 2.0)
+    let along = (covariance.sum() / 4.0 + edge_variance(gap_m) / 2.0)
         .max(0.0)
         .sqrt();
     for k in 0..3 {
@@ -182,13 +195,18 @@ fn turned(candidate: &Candidate, p: &Plane, look: &Look<'_>) -> Option<(f64, Can
     }
     let weight = |x: f64, y: f64| look.weight(p.centre + e1 * x + e2 * y, normal);
     let weights: Vec<f64> = places.iter().map(|q| weight(q.x, q.y)).collect();
-    let cells = [
+    let cross = [
         (0.0, 0.0, 2.0 / 6.0),
         (-gaps[0] / 2.0, 0.0, 1.0 / 6.0),
         (gaps[0] / 2.0, 0.0, 1.0 / 6.0),
         (0.0, -gaps[1] / 2.0, 1.0 / 6.0),
         (0.0, gaps[1] / 2.0, 1.0 / 6.0),
     ];
+    let cells = if gaps.iter().any(|gap_m| rows_show(*gap_m, sigma)) {
+        &cross[..]
+    } else {
+        &[(0.0, 0.0, 1.0)]
+    };
     let likelihood = |x: &Vector5<f64>| {
         let [x_low, x_high, y_low, y_high, turn] = (*x).into();
         let least = BOUNDS.plane_side_m.least;
@@ -216,7 +234,7 @@ fn turned(candidate: &Candidate, p: &Plane, look: &Look<'_>) -> Option<(f64, Can
         for (q, &w) in places.iter().zip(&weights) {
             let (u, v) = (q.x * cos + q.y * sin, q.y * cos - q.x * sin);
             let (mut log, mut gradient) = (0.0, Vector5::zeros());
-            for (du, dv, share) in cells {
+            for &(du, dv, share) in cells {
                 let a = Between::new(u + du, x_low, x_high, sigma);
                 let b = Between::new(v + dv, y_low, y_high, sigma);
                 let own = (1.0 - FOREIGN_SHARE) * w / total;
@@ -254,7 +272,7 @@ fn turned(candidate: &Candidate, p: &Plane, look: &Look<'_>) -> Option<(f64, Can
         covariance[(i, i)]
             + covariance[(j, j)]
             + 2.0 * sign * covariance[(i, j)]
-            + 2.0 * look.edge_variance(gaps[k])
+            + 2.0 * edge_variance(gaps[k])
     };
     let mut sds = [0, 1].map(|k| of_pair(k, -1.0).max(0.0).sqrt());
     if found.sides_m[0] < found.sides_m[1] {

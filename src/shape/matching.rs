@@ -125,9 +125,28 @@ struct Match<'a> {
     start: Primitive,
     witness: Option<Witness>,
     x: DVector<f64>,
+    /// Residuals at `x`: the solver asks for them, then for derivatives about them.
+    here: DVector<f64>,
 }
 
-impl Match<'_> {
+impl<'a> Match<'a> {
+    fn new(
+        observed: &'a Observed,
+        start: Primitive,
+        witness: Option<Witness>,
+        x: DVector<f64>,
+    ) -> Self {
+        let mut new = Self {
+            observed,
+            start,
+            witness,
+            here: DVector::zeros(0),
+            x,
+        };
+        new.here = new.residuals_at(&new.x);
+        new
+    }
+
     fn primitive(&self, x: &DVector<f64>) -> Option<Primitive> {
         let shape = x.as_slice().get(..self.start.parameters())?;
         self.start.moved(shape, self.observed.scale_m)
@@ -165,12 +184,11 @@ impl Match<'_> {
     }
 
     fn derivatives(&self) -> DMatrix<f64> {
-        let here = self.residuals_at(&self.x);
-        let mut j = DMatrix::zeros(here.len(), self.x.len());
+        let mut j = DMatrix::zeros(self.here.len(), self.x.len());
         for k in 0..self.x.len() {
             let mut x = self.x.clone();
             x[k] += STEP;
-            j.set_column(k, &((self.residuals_at(&x) - &here) / STEP));
+            j.set_column(k, &((self.residuals_at(&x) - &self.here) / STEP));
         }
         j
     }
@@ -189,6 +207,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Match<'_> {
 
     fn set_params(&mut self, x: &DVector<f64>) {
         self.x.copy_from(x);
+        self.here = self.residuals_at(x);
     }
 
     fn params(&self) -> DVector<f64> {
@@ -196,7 +215,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Match<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        Some(self.residuals_at(&self.x))
+        Some(self.here.clone())
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
@@ -211,9 +230,22 @@ pub(super) struct Matched {
     pub primitive: Primitive,
     /// Sum of squared residuals: (n/2) d_FM^2, the mean term, the noise's prior and the points.
     pub cost: f64,
-    /// Standard deviations of centre and size, metres.
-    pub centre_sd_m: [f64; 3],
-    pub size_sd_m: [f64; 3],
+    start: Primitive,
+    witness: Option<Witness>,
+    x: DVector<f64>,
+}
+
+impl Matched {
+    /// Standard deviations of centre and size, metres. They cost as much as a step of the fit, so
+    /// they are asked of answers alone.
+    pub fn spreads(&self, observed: &Observed) -> ([f64; 3], [f64; 3]) {
+        spreads(&Match::new(
+            observed,
+            self.start,
+            self.witness,
+            self.x.clone(),
+        ))
+    }
 }
 
 /// Matches from `start`; `None` if no sane parameters were found.
@@ -222,24 +254,20 @@ pub(super) fn matched(
     start: Primitive,
     witness: Option<Witness>,
 ) -> Option<Matched> {
-    let problem = Match {
-        observed,
-        start,
-        witness,
-        x: DVector::zeros(start.parameters() + 1),
-    };
+    let x = DVector::zeros(start.parameters() + 1);
+    let problem = Match::new(observed, start, witness, x);
     let (problem, _) = LevenbergMarquardt::new()
         .with_tol(TOLERANCE)
         .with_patience(PATIENCE)
         .minimize(problem);
     let cost = problem.try_residuals(&problem.x)?.norm_squared();
     let primitive = problem.primitive(&problem.x)?;
-    let (centre_sd_m, size_sd_m) = spreads(&problem);
     Some(Matched {
         primitive,
         cost,
-        centre_sd_m,
-        size_sd_m,
+        start,
+        witness,
+        x: problem.x,
     })
 }
 

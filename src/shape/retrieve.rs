@@ -1,7 +1,7 @@
 //! The front door: both methods on one novelty, and the choice between them.
 
 use super::constants::{LEAST_NOISE_M, LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SHARE};
-use super::covariance::{Candidate, candidates};
+use super::covariance::{Candidate, candidates, shown};
 use super::euclidean::{by_consensus, primitives};
 use super::lengths::{Look, measured};
 use super::lonely::in_company;
@@ -178,6 +178,7 @@ fn told(
         .copied()
         .collect();
     let best = if settings.points_judge {
+        let (surface, density) = shown(points, sensor, settings);
         measured(
             best,
             &Look {
@@ -185,8 +186,8 @@ fn told(
                 noise_m,
                 independent_share: settings.independent_share,
                 sensor,
-                surface: settings.surface,
-                density: &settings.density,
+                surface,
+                density: &density,
             },
         )
     } else {

@@ -54,7 +54,7 @@ impl Plane {
     }
 
     /// Rectangles whose far-view moments are the given ones (A^2/12, B^2/12, 0), with each of
-    /// `axes` as normal.
+    /// `axes` as normal but the first, along which the points spread most.
     pub(super) fn starts(
         mean: &Point3<f64>,
         covariance: &Matrix3<f64>,
@@ -67,6 +67,7 @@ impl Plane {
         };
         axes.iter()
             .enumerate()
+            .skip(1)
             .map(|(k, normal)| {
                 let hint = axes[(k + 1) % axes.len()];
                 let frame = rotation_with_third(normal, &hint);
