@@ -54,6 +54,20 @@ pub const SITE_TILT_DEG: [f64; 2] = [-35.0, 30.0];
 pub const SITE_ROWS: usize = 120;
 /// The robot comes back to within this, metres and degrees.
 pub const RETURN_ERROR: [f64; 2] = [0.03, 1.5];
+/// Height of the pan-tilt's base over the floor, metres.
+pub const BASE_M: f64 = 0.5;
+/// Hinge of the sites' door on the floor, metres; its doorway is in the scene's text.
+pub const HINGE_M: [f64; 2] = [2.55, 1.17];
+/// Width and height of its leaf, metres.
+pub const LEAF_M: [f64; 2] = [0.9, 2.0];
+/// Thickness of its leaf, metres.
+pub const THICKNESS_M: f64 = 0.04;
+/// How far it stands open, degrees, turned into the corridor.
+pub const OPEN_DEG: f64 = 80.0;
+/// Height of the person, metres.
+pub const PERSON_M: f64 = 1.75;
+/// Where it stands, metres.
+pub const PERSON_AT_M: [f64; 2] = [2.4, -0.2];
 
 /// Most Gaussians that Fig. 3 takes away; a thing has a handful.
 pub const MOST_REMOVED: usize = 12;

@@ -4,7 +4,7 @@ use super::Look;
 use super::constants::ENGINE_SEED;
 use super::ways::Way;
 use crate::novelty::NoveltyError;
-use crate::patrol::{Inspection, inspect, prepare};
+use crate::patrol::{EngineSettings, Inspection, inspect, prepare};
 
 /// Milliseconds since some instant; time is the caller's.
 pub type Clock<'a> = &'a (dyn Fn() -> f64 + Sync);
@@ -25,14 +25,22 @@ pub struct Judged {
 /// # Errors
 /// A cloud with too few points.
 pub fn judge(look: &Look, way: Way, clock: Clock<'_>) -> Result<Judged, NoveltyError> {
-    let settings = way.settings();
+    judge_by(look, &way.settings(), clock)
+}
+
+/// Lets the engine judge a scene by any settings.
+pub(super) fn judge_by(
+    look: &Look,
+    settings: &EngineSettings,
+    clock: Clock<'_>,
+) -> Result<Judged, NoveltyError> {
     let began = clock();
-    let reference = prepare(&look.reference, &settings, ENGINE_SEED)?;
+    let reference = prepare(&look.reference, settings, ENGINE_SEED)?;
     let prepared = clock();
     let inspection = inspect(
         &reference,
         &look.current,
-        &settings,
+        settings,
         ENGINE_SEED,
         &mut |_| {},
     )?;

@@ -1,10 +1,10 @@
 //! What Fig. 5 and 6 show of one scene.
 
 use super::Look;
-use super::constants::ENGINE_SEED;
+use super::judge::judge_by;
 use crate::mixture::Gaussian;
 use crate::novelty::{Kind, NoveltyError};
-use crate::patrol::{EngineSettings, inspect, prepare};
+use crate::patrol::EngineSettings;
 use crate::shape::Shape;
 use nalgebra::Point3;
 
@@ -32,15 +32,7 @@ pub struct Picture {
 /// # Errors
 /// A cloud with too few points.
 pub fn picture(look: &Look) -> Result<Picture, NoveltyError> {
-    let settings = EngineSettings::standard();
-    let reference = prepare(&look.reference, &settings, ENGINE_SEED)?;
-    let found = inspect(
-        &reference,
-        &look.current,
-        &settings,
-        ENGINE_SEED,
-        &mut |_| {},
-    )?;
+    let found = judge_by(look, &EngineSettings::standard(), &|| 0.0)?.inspection;
     let listed = found.detection.novelties.iter().zip(&found.retrievals);
     let came: Vec<_> = listed.filter(|(n, _)| n.kind == Kind::Appeared).collect();
     let shapes = || came.iter().filter_map(|(_, r)| r.as_ref());

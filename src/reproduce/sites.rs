@@ -1,7 +1,10 @@
 //! The three test sites after the paper's photographs (section V.B, Fig. 6): a door that was opened, a person in the
 //! corridor, a door that was closed.
 
-use super::constants::{REPEATS, RETURN_ERROR, SITE_ROWS, SITE_TILT_DEG};
+use super::constants::{
+    BASE_M, HINGE_M, LEAF_M, OPEN_DEG, PERSON_AT_M, PERSON_M, REPEATS, RETURN_ERROR, SITE_ROWS,
+    SITE_TILT_DEG, THICKNESS_M,
+};
 use super::{Look, Truth};
 use crate::geometry::{Pose, RollPitchYaw};
 use crate::shape::{Class, Plane, Primitive};
@@ -10,9 +13,6 @@ use nalgebra::{Matrix3, Point3, Rotation3, Translation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::time::Duration;
-
-/// Height of the pan-tilt's base over the floor, metres.
-const BASE_M: f64 = 0.5;
 
 /// A corridor 2.4 m wide with a cupboard and a doorway of 0.9 m in its left wall, a piece of a room behind it.
 const CORRIDOR: &str = "
@@ -38,17 +38,6 @@ name = 'bench'
 centre = [-1.5, -0.95, 0.22]
 size = [1.2, 0.4, 0.44]
 ";
-
-/// Hinge of the door's leaf on the floor, its width and height, metres.
-const HINGE_M: [f64; 2] = [2.55, 1.17];
-const LEAF_M: [f64; 2] = [0.9, 2.0];
-/// Thickness of the leaf, metres.
-const THICKNESS_M: f64 = 0.04;
-/// How far it stands open, degrees, turned into the corridor.
-const OPEN_DEG: f64 = 80.0;
-/// Height of the person, metres, and where it stands.
-const PERSON_M: f64 = 1.75;
-const PERSON_AT_M: [f64; 2] = [2.4, -0.2];
 
 /// A test site.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

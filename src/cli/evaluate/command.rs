@@ -8,7 +8,6 @@ use crate::evaluate::{
     plan, score,
 };
 use clap::{Args, ValueEnum};
-use rayon::prelude::*;
 use serde_json::json;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -169,28 +168,13 @@ pub fn run(args: &EvaluateArgs) -> Ended {
     if let Some(folder) = run.folder {
         fs::create_dir_all(folder).map_err(|error| files::named(folder, error))?;
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads)
-        .build()
-        .map_err(Failure::failed)?;
     let began = Instant::now();
     let clock = || began.elapsed().as_secs_f64() * 1e3;
-    let bar = progress::bar(pairs.len(), "pairs");
-    let done: Vec<Result<Done, Failure>> = pool.install(|| {
-        pairs
-            .par_iter()
-            .with_max_len(1)
-            .map(|planned| {
-                let done = run.one(planned, &clock);
-                bar.inc(1);
-                done
-            })
-            .collect()
-    });
-    bar.finish_and_clear();
+    let done = progress::over(&pairs, "pairs", args.threads, |planned| {
+        run.one(planned, &clock)
+    })?;
     let (mut outcomes, mut entries) = (Vec::new(), Vec::new());
-    for pair in done {
-        let (judged, entry) = pair?;
+    for (judged, entry) in done {
         outcomes.extend(judged);
         entries.extend(entry);
     }

@@ -10,7 +10,6 @@ use crate::reproduce::{
 };
 use crate::world::SceneError;
 use clap::{Args, ValueEnum};
-use rayon::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -207,13 +206,8 @@ pub fn run(args: &ReproduceArgs) -> Outcome {
         [] => Way::ALL.to_vec(),
         some => some.to_vec(),
     };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads)
-        .build()
-        .map_err(Failure::failed)?;
     let began = Instant::now();
     let clock = || began.elapsed().as_secs_f64() * 1e3;
-    let bar = progress::bar(planned.len(), "scenes");
     let one = |planned: &Planned| -> Result<Vec<Done>, Failure> {
         let look = planned.look(args.seed).map_err(Failure::failed)?;
         let done = ways.iter().map(|way| {
@@ -225,13 +219,9 @@ pub fn run(args: &ReproduceArgs) -> Outcome {
                 mark: score(&look, &judged),
             })
         });
-        bar.inc(1);
         done.collect()
     };
-    let done: Result<Vec<Vec<Done>>, Failure> =
-        pool.install(|| planned.par_iter().with_max_len(1).map(one).collect());
-    bar.finish_and_clear();
-    let done: Vec<Done> = done?.into_iter().flatten().collect();
+    let done = progress::over(&planned, "scenes", args.threads, one)?.concat();
     let table = match args.table {
         TableArg::Table1 => 1,
         TableArg::Table2 => 2,
