@@ -110,7 +110,9 @@ fn span(values: impl Iterator<Item = f64>) -> (f64, f64) {
 }
 
 /// From where to where `values` lie densely: inwards from each end to the first whose neighbours
-/// are a third as dense as the middle.
+/// are a third as dense as the middle, and out again as far as no window is less than a third as
+/// dense as the one before it. A surface that slants away thins out step by step; strays begin at
+/// once.
 fn dense_span(mut values: Vec<f64>) -> (f64, f64) {
     let n = values.len();
     if n < LEAST_EXTENT_POINTS {
@@ -123,7 +125,25 @@ fn dense_span(mut values: Vec<f64>) -> (f64, f64) {
     let gap = |k: &usize| values[k + window] - values[*k] <= most;
     let first = (0..n - window).find(gap).unwrap_or(0);
     let last = (0..n - window).rev().find(gap).unwrap_or(n - 1 - window);
-    (values[first], values[last + window])
+    let from = first - thinning(values[..first + window + 1].iter().rev(), window);
+    let to = last + window + thinning(values[last..].iter(), window);
+    (values[from], values[to])
+}
+
+/// How many of `outwards` beyond its first window belong to a surface that thins out.
+fn thinning<'a>(outwards: impl Iterator<Item = &'a f64>, window: usize) -> usize {
+    let values: Vec<f64> = outwards.copied().collect();
+    let mut end = window;
+    loop {
+        let next = (end + window).min(values.len() - 1);
+        let steps = (next - end) as f64 / window as f64;
+        let inner = (values[end] - values[end - window]).abs();
+        let outer = (values[next] - values[end]).abs();
+        if next == end || outer > inner * steps / END_DENSITY {
+            return end - window;
+        }
+        end = next;
+    }
 }
 
 /// Those of many points in a plane that have company: neighbourhoods with a small share of what
@@ -174,6 +194,20 @@ mod tests {
         assert_eq!(dense_span(vec![3.0, -1.0, 7.0]), (-1.0, 7.0));
         assert_eq!(dense_span(vec![]), (0.0, 0.0));
         assert_eq!(dense_span(vec![2.0; 500]), (2.0, 2.0));
+    }
+
+    #[test]
+    fn a_surface_that_thins_out_is_seen_to_its_end() {
+        // A wall along the line of sight, a twelfth as dense at its far end: density falls as exp(-x).
+        let far = 12f64.ln();
+        for n in [300, 1100, 2048] {
+            let place = |k: usize| -(1.0 - (k as f64 + 0.5) / n as f64 * (1.0 - (-far).exp())).ln();
+            let (low, high) = dense_span((0..n).map(place).collect());
+            assert!(
+                low < 0.01 * far && high > 0.98 * far,
+                "{n}: {low} {high} of {far}"
+            );
+        }
     }
 
     #[test]
