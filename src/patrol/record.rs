@@ -44,6 +44,9 @@ pub struct ShapeRecord {
     /// Their standard deviations, metres.
     #[serde(deserialize_with = "figure::three")]
     pub size_sd: [f64; 3],
+    /// e1 and e2 of a superquadric.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exponents: Option<[f64; 2]>,
     /// Root mean square distance of its points, metres.
     #[serde(deserialize_with = "figure::one")]
     pub residual_m: f64,
@@ -175,6 +178,7 @@ impl ShapeRecord {
             rotation: rows(&shape.rotation),
             size: shape.size_m,
             size_sd: shape.size_sd_m,
+            exponents: shape.exponents,
             residual_m: shape.residual_m,
             inliers: shape.inliers,
         }
@@ -224,6 +228,9 @@ pub fn class_word(class: Class) -> &'static str {
         Class::Sphere => "sphere",
         Class::Cylinder => "cylinder",
         Class::Plane => "plane",
+        Class::Box => "box",
+        Class::Cone => "cone",
+        Class::Superquadric => "superquadric",
         Class::Ambiguous => "ambiguous",
     }
 }

@@ -238,7 +238,8 @@ fn world(thing: Option<&Primitive>) -> Result<World, SceneError> {
     let mut text = format!("[[room]]\ncentre = {middle:?}\nsize = {size:?}\n");
     let list = |v: Vector3<f64>| format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z);
     match thing {
-        None => {}
+        // `draw` knows the paper's three classes alone.
+        None | Some(Primitive::Cuboid(_) | Primitive::Cone(_) | Primitive::Superquadric(_)) => {}
         Some(Primitive::Sphere(s)) => {
             let centre = list(s.centre.coords);
             text += &format!(

@@ -33,6 +33,13 @@ pub(super) struct Bounds {
     pub cylinder_diameter_m: Range,
     pub cylinder_length_m: Range,
     pub plane_side_m: Range,
+    pub box_side_m: Range,
+    pub cone_diameter_m: Range,
+    pub cone_height_m: Range,
+    pub superquadric_side_m: Range,
+    /// Exponents, of no unit: below 0.1 a surface is as square, above 1.9 as pointed as any laser
+    /// can tell, and powers lose their digits.
+    pub exponent: Range,
 }
 
 /// From 3 cm (five beams of the URG-04LX, 0.36 deg, at 1 m) to what a corridor can hold.
@@ -52,6 +59,26 @@ pub(super) const BOUNDS: Bounds = Bounds {
     plane_side_m: Range {
         least: 0.03,
         most: 10.0,
+    },
+    box_side_m: Range {
+        least: 0.03,
+        most: 6.0,
+    },
+    cone_diameter_m: Range {
+        least: 0.03,
+        most: 3.0,
+    },
+    cone_height_m: Range {
+        least: 0.03,
+        most: 6.0,
+    },
+    superquadric_side_m: Range {
+        least: 0.03,
+        most: 6.0,
+    },
+    exponent: Range {
+        least: 0.1,
+        most: 1.9,
     },
 };
 
@@ -102,6 +129,32 @@ pub(super) const MOST_LONELY_SHARE: f64 = 0.2;
 /// Classes whose moments cost this much more than another's (as -2 ln odds) are no candidates: the
 /// prior against the data would have to be e^40.
 pub(super) const RULED_OUT_COST: f64 = 80.0;
+/// Sets of points that propose a box or a cone: with three faces in sight one set in thirty lies
+/// as it should, so that some five of them do.
+pub(super) const START_TRIES: usize = 200;
+/// Proposals that are fitted.
+pub(super) const STARTS_KEPT: usize = 3;
+/// Where the pull of a point on a proposal ends, in standard deviations: small sets give rough
+/// attitudes.
+pub(super) const START_SIGMAS: f64 = 4.0;
+/// Seed of the sets: a fixed choice, since they only begin fits.
+pub(super) const START_SEED: u64 = 7;
+/// Steps to a surface along a line: from a body's length away Newton halves the way at worst.
+pub(super) const NEWTON_STEPS: usize = 12;
+/// See `NEWTON_STEPS`, metres: a hundredth of the noise.
+pub(super) const NEWTON_TOLERANCE_M: f64 = 1e-4;
+/// Share of the points taken to lie beyond each end of a thing when a fit begins.
+pub(super) const EDGE_QUANTILE: f64 = 0.02;
+/// What is left between a surface and its points looks like noise up to this many standard
+/// deviations of a chi-square of noise.
+pub(super) const UNEXPLAINED_SIGMAS: f64 = 3.0;
+/// A box thinner than this share of its second side is a board, told as plane.
+pub(super) const BOARD_SHARE: f64 = 0.0625;
+/// A box whose other faces together hold less than this share of the points is told apart from a
+/// plane by its edge only, and pays `UNLIKELY_PENALTY`.
+pub(super) const LEAST_BESIDE_SHARE: f64 = 0.1;
+/// Points that noise brings over an edge onto a face that no beam meets.
+pub(super) const FACE_FLOOR_POINTS: f64 = 1.0;
 /// Fits of one class that are judged again by the spread of the points.
 pub(super) const MOST_JUDGED: usize = 1;
 /// Share of points next to a surface that belong to something else (segmentation leaves some).

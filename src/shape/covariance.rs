@@ -1,13 +1,16 @@
 //! Method B: which class's visible moments are the novelty's (Algorithm 2, one novelty at a time).
 
 use super::constants::{
-    LEAST_AXIS_VIEW_RAD, LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE,
-    MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES, PROMISING_COST, ROUGHNESS_SHARE,
-    RULED_OUT_COST, SAME_ANSWER_M, UNLIKELY_PENALTY,
+    BOARD_SHARE, LEAST_AXIS_VIEW_RAD, LEAST_BESIDE_SHARE, LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE,
+    LEAST_SEEN_NOISE, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES, PROMISING_COST,
+    ROUGHNESS_SHARE, RULED_OUT_COST, SAME_ANSWER_M, UNLIKELY_PENALTY,
 };
+use super::faces::{beside_first_face, tally_cost};
 use super::matching::{Matched, Observed, Witness, matched};
 use super::primitive::Primitive;
+use super::remains::only_noise_is_left;
 use super::settings::{BeamDensity, ShapeSettings, SurfaceModel};
+use super::starts::{edged_starts, superquadric_starts};
 use crate::mixture::Gaussian;
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
@@ -44,7 +47,7 @@ pub(super) fn candidates(
         })
         .collect();
     if settings.points_judge {
-        fits = judged(&observed, fits, &view);
+        fits = judged(&observed, fits, &view, &eigen);
     }
     let mut scored: Vec<(f64, Matched)> = fits
         .into_iter()
@@ -125,12 +128,14 @@ fn promising(mut fits: Vec<Matched>) -> Vec<Matched> {
     fits
 }
 
-/// Matches again with the points as witnesses. Where even the best surface lies farther from them
-/// than the noise, that distance is taken as their spread, so that a rough thing stays uncertain.
+/// Matches again with the points as witnesses, and asks further classes where these leave points
+/// unexplained. Where even the best surface lies farther from them than the noise, that distance is
+/// taken as their spread, so that a rough thing stays uncertain.
 fn judged(
     observed: &Observed,
     fits: Vec<Vec<Matched>>,
     view: &Unit<Vector3<f64>>,
+    axes: &[Unit<Vector3<f64>>],
 ) -> Vec<Vec<Matched>> {
     let expected = observed.noise_m.hypot(ROUGHNESS_SHARE * observed.scale_m);
     let first = witness(observed, expected);
@@ -145,18 +150,23 @@ fn judged(
         .fold(f64::INFINITY, f64::min);
     let ruled_out = |class: &[Matched]| cheapest(class) > least + RULED_OUT_COST;
     let fits: Vec<Vec<Matched>> = fits.into_iter().filter(|class| !ruled_out(class)).collect();
-    let again = |witness: Witness, fits: Vec<Vec<Matched>>| -> Vec<Vec<Matched>> {
-        let class = |class: Vec<Matched>| {
-            let fits = class.into_iter();
-            fits.filter_map(|fit| matched(observed, fit.primitive, Some(witness)))
-                .collect()
-        };
-        fits.into_iter().map(class).collect()
-    };
-    let mut fits = again(first, fits);
-    for class in &mut fits {
+    let best_of = |mut class: Vec<Matched>| {
         class.sort_by(|a, b| score(observed, a, view).total_cmp(&score(observed, b, view)));
         class.truncate(MOST_JUDGED);
+        class
+    };
+    let mut fits: Vec<Vec<Matched>> = again(observed, first, fits)
+        .into_iter()
+        .map(best_of)
+        .collect();
+    if !explained(observed, &fits, view, axes) {
+        let starts = edged_starts(observed, axes, expected);
+        fits.extend(starts.map(|class| best_of(drawn_in(observed, class, first))));
+    }
+    if !explained(observed, &fits, view, axes) {
+        let fitted: Vec<Primitive> = fits.iter().flatten().map(|fit| fit.primitive).collect();
+        let starts = superquadric_starts(observed, axes, &fitted, expected);
+        fits.push(best_of(drawn_in(observed, starts, first)));
     }
     let least = fits
         .iter()
@@ -167,10 +177,33 @@ fn judged(
     let tells = observed.points.len() >= LEAST_SEEN_NOISE || least > expected;
     let least = least.max(expected * LEAST_NOISE_SHARE);
     if least.is_finite() && tells {
-        again(witness(observed, least), fits)
+        again(observed, witness(observed, least), fits)
     } else {
         fits
     }
+}
+
+/// Every fit matched again with this witness.
+fn again(observed: &Observed, witness: Witness, fits: Vec<Vec<Matched>>) -> Vec<Vec<Matched>> {
+    let class = |class: Vec<Matched>| {
+        let fits = class.into_iter();
+        fits.filter_map(|fit| matched(observed, fit.primitive, Some(witness)))
+            .collect()
+    };
+    fits.into_iter().map(class).collect()
+}
+
+/// Fits from rough starts: first with a witness as rough as the start, then with the true one.
+fn drawn_in(observed: &Observed, starts: Vec<Primitive>, witness: Witness) -> Vec<Matched> {
+    let rough = |start: &Primitive| Witness {
+        sd_m: typical_distance_m(observed, start).max(witness.sd_m),
+        ..witness
+    };
+    let fits = starts.into_iter().filter_map(|start| {
+        let near = matched(observed, start, Some(rough(&start)))?;
+        matched(observed, near.primitive, Some(witness))
+    });
+    fits.collect()
 }
 
 fn witness(observed: &Observed, sd_m: f64) -> Witness {
@@ -180,7 +213,23 @@ fn witness(observed: &Observed, sd_m: f64) -> Witness {
     }
 }
 
-/// Standard deviation of the points about the surface by their median distance.
+/// Whether the most likely of the fits needs no further class beside it.
+fn explained(
+    observed: &Observed,
+    fits: &[Vec<Matched>],
+    view: &Unit<Vector3<f64>>,
+    axes: &[Unit<Vector3<f64>>],
+) -> bool {
+    let scored = fits.iter().flatten();
+    let best = scored.min_by(|a, b| score(observed, a, view).total_cmp(&score(observed, b, view)));
+    best.is_some_and(|fit| {
+        unlikely(observed, &fit.primitive, view) == 0.0
+            && only_noise_is_left(observed, &fit.primitive, axes)
+    })
+}
+
+/// Standard deviation of the points about the surface by their median distance, and for the freedom
+/// that the fit took.
 fn typical_distance_m(observed: &Observed, primitive: &Primitive) -> f64 {
     let mut distances: Vec<f64> = observed
         .points
@@ -189,20 +238,41 @@ fn typical_distance_m(observed: &Observed, primitive: &Primitive) -> f64 {
         .collect();
     distances.sort_by(f64::total_cmp);
     let median = distances.get(distances.len() / 2).copied();
-    median.unwrap_or(f64::INFINITY) / 0.6745
+    let n = distances.len() as f64;
+    let free = (n - primitive.parameters() as f64).max(1.0);
+    median.unwrap_or(f64::INFINITY) / 0.6745 * (n / free).sqrt()
 }
 
-/// (n/2) d_FM^2 + mean term + points + k ln n, and what the class finds unlikely.
+/// (n/2) d_FM^2 + mean term + points + tally of the faces + k ln n, and what the class finds unlikely.
 fn score(observed: &Observed, fit: &Matched, view: &Unit<Vector3<f64>>) -> f64 {
     let k = fit.primitive.parameters() as f64;
-    let mut score = fit.cost + k * observed.count.ln();
-    if let Primitive::Cylinder(c) = &fit.primitive {
-        let along_view = c.axis.dot(view).abs() > LEAST_AXIS_VIEW_RAD.cos();
-        if c.length_m < LEAST_LENGTH_SHARE * 2.0 * c.radius_m || along_view {
-            score += UNLIKELY_PENALTY;
+    let tally = tally_cost(observed, &fit.primitive);
+    fit.cost + k * observed.count.ln() + tally + unlikely(observed, &fit.primitive, view)
+}
+
+/// What a class finds unlikely in this form of itself.
+fn unlikely(observed: &Observed, primitive: &Primitive, view: &Unit<Vector3<f64>>) -> f64 {
+    match primitive {
+        Primitive::Cylinder(c) => {
+            let along_view = c.axis.dot(view).abs() > LEAST_AXIS_VIEW_RAD.cos();
+            if c.length_m < LEAST_LENGTH_SHARE * 2.0 * c.radius_m || along_view {
+                UNLIKELY_PENALTY
+            } else {
+                0.0
+            }
         }
+        Primitive::Cuboid(_) => {
+            let [_, second, third] = primitive.size_m();
+            if third < BOARD_SHARE * second {
+                RULED_OUT_COST
+            } else if beside_first_face(observed, primitive) < LEAST_BESIDE_SHARE {
+                UNLIKELY_PENALTY
+            } else {
+                0.0
+            }
+        }
+        _ => 0.0,
     }
-    score
 }
 
 /// Eigenvectors by falling eigenvalue.

@@ -174,6 +174,7 @@ fn worded<'a>(
         Primitive::Sphere(_) => ([2.0 * surface_sd; 3], surface_sd),
         Primitive::Cylinder(_) => ([2.0 * surface_sd, 2.0 * surface_sd, extent_sd], extent_sd),
         Primitive::Plane(_) => ([extent_sd, extent_sd, 0.0], extent_sd),
+        _ => ([extent_sd; 3], extent_sd),
     };
     Shape {
         class: primitive.class(),
@@ -185,6 +186,7 @@ fn worded<'a>(
         rotation: primitive.rotation(sensor),
         size_m,
         size_sd_m,
+        exponents: primitive.exponents(),
         residual_m,
         inliers,
     }

@@ -2,7 +2,7 @@
 //! moments give a start; the likelihood of the edges ([`edges`](super::edges)) gives the answer.
 
 use super::constants::{
-    BOUNDS, FOREIGN_SHARE, LEAST_BLUR_SHARE, LEAST_SEEN_NOISE, ROWS_SHOW_SIGMAS,
+    BOUNDS, FOREIGN_SHARE, LEAST_BLUR_SHARE, LEAST_POINTS, LEAST_SEEN_NOISE, ROWS_SHOW_SIGMAS,
 };
 use super::covariance::Candidate;
 use super::edges::{Between, Likelihood, climb, typical_gap_m};
@@ -53,9 +53,10 @@ fn edge_variance(gap_m: f64) -> f64 {
 /// The candidate with its lengths as the points show them.
 pub(super) fn measured(candidate: Candidate, look: &Look<'_>) -> Candidate {
     match candidate.primitive {
-        Primitive::Sphere(_) => candidate,
         Primitive::Cylinder(c) => cylinder(&candidate, &c, look).unwrap_or(candidate),
         Primitive::Plane(p) => plane(&candidate, &p, look).unwrap_or(candidate),
+        // Their surfaces cross at their edges, so surfaces and moments tell all lengths.
+        _ => candidate,
     }
 }
 
@@ -88,11 +89,17 @@ fn blur_m(look: &Look<'_>, primitive: &Primitive, gap_m: f64) -> f64 {
 }
 
 fn cylinder(candidate: &Candidate, c: &Cylinder, look: &Look<'_>) -> Option<Candidate> {
+    // What lies on the cap in sight says nothing of how far the mantle goes.
+    let on_mantle = |p: &&Point3<f64>| candidate.primitive.seen_face(p, look.sensor) == 0;
     let mut sorted: Vec<f64> = look
         .near
         .iter()
+        .filter(on_mantle)
         .map(|p| (p - c.centre).dot(&c.axis))
         .collect();
+    if sorted.len() < LEAST_POINTS {
+        return None;
+    }
     let gap_m = typical_gap_m(&mut sorted);
     let heights = sorted;
     let (first, last) = (*heights.first()?, *heights.last()?);

@@ -285,20 +285,23 @@ fn spreads(problem: &Match<'_>) -> ([f64; 3], [f64; 3]) {
         let (c, s) = (p.centre(), p.size_m());
         Some([c.x, c.y, c.z, s[0], s[1], s[2]])
     };
-    let Some(here) = numbers(&problem.x) else {
+    let (Some(here), Some(root)) = (numbers(&problem.x), inverse.cholesky()) else {
         return (wide, wide);
     };
-    let mut carried = DMatrix::zeros(6, n);
-    for k in 0..n {
-        let mut x = problem.x.clone();
-        x[k] += STEP;
-        for (row, (there, here)) in numbers(&x).unwrap_or(here).iter().zip(here).enumerate() {
-            carried[(row, k)] = (there - here) / STEP;
+    // A step of one standard deviation to either side along every column of the root: lengths that
+    // the data leave open lie where their bounded curve is flat, and have no slope to tell it by.
+    let mut variance = [0.0; 6];
+    for column in root.l().column_iter() {
+        let step = &column * (1.0 / column.norm()).min(1.0);
+        for sign in [1.0, -1.0] {
+            let there = numbers(&(&problem.x + &step * sign)).unwrap_or(here);
+            for (sum, (there, here)) in variance.iter_mut().zip(there.iter().zip(here)) {
+                *sum += (there - here).powi(2) / 2.0;
+            }
         }
     }
-    let variance = (&carried * inverse * carried.transpose()).diagonal();
-    let sd = |k: usize| variance[k].max(0.0).sqrt();
-    ([sd(0), sd(1), sd(2)], [sd(3), sd(4), sd(5)])
+    let [x, y, z, first, second, third] = variance.map(f64::sqrt);
+    ([x, y, z], [first, second, third])
 }
 
 #[cfg(test)]

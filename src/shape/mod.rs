@@ -8,6 +8,7 @@ mod constants;
 mod covariance;
 mod edges;
 mod euclidean;
+mod faces;
 #[cfg(test)]
 mod laws;
 mod lengths;
@@ -21,16 +22,18 @@ mod printed;
 pub mod ransac;
 #[cfg(test)]
 mod recorded;
+mod remains;
 mod retrieve;
 #[cfg(test)]
 mod scenes;
 mod settings;
+mod starts;
 #[cfg(test)]
 mod trials;
 
 pub use euclidean::primitives;
 pub use model::{Alternative, Class, Method, Retrieval, Shape};
 pub use moments::surface_moments;
-pub use primitive::{Cylinder, Plane, Primitive, Sphere};
+pub use primitive::{Cone, Cuboid, Cylinder, Plane, Primitive, Sphere, Superquadric};
 pub use retrieve::{ShapeError, retrieve};
 pub use settings::{BeamDensity, Choice, RansacSource, ShapeSettings, SurfaceModel};

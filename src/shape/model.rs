@@ -11,6 +11,12 @@ pub enum Class {
     Cylinder,
     /// Size (A, B, 0), A >= B, normal third.
     Plane,
+    /// Size Sx >= Sy >= Sz.
+    Box,
+    /// Size (D, D, H), axis third, towards the apex.
+    Cone,
+    /// Size along its own axes, with exponents.
+    Superquadric,
     /// The data supports more than one class; the alternatives say which.
     Ambiguous,
 }
@@ -54,6 +60,8 @@ pub struct Shape {
     pub size_m: [f64; 3],
     /// Standard deviation of the size, metres.
     pub size_sd_m: [f64; 3],
+    /// e1 and e2 of a superquadric.
+    pub exponents: Option<[f64; 2]>,
     /// Root mean square distance of its points from its surface, metres.
     pub residual_m: f64,
     /// How many points lie on it.

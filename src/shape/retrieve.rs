@@ -212,6 +212,7 @@ fn told(
         rotation: best.primitive.rotation(sensor),
         size_m: best.primitive.size_m(),
         size_sd_m: best.size_sd_m,
+        exponents: best.primitive.exponents(),
         residual_m: (squares / points.len() as f64).sqrt(),
         inliers: near.len(),
     })

@@ -1,7 +1,7 @@
 //! Simulated looks at single things, for the tests of this room: a grid of beams, the first hit,
 //! noise.
 
-use super::primitive::{Cylinder, Plane, Primitive, Sphere};
+use super::primitive::{Cone, Cuboid, Cylinder, Plane, Primitive, Sphere, Superquadric};
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -44,6 +44,70 @@ pub(super) fn cast(primitive: &Primitive, o: &Point3<f64>, d: &Vector3<f64>) -> 
             let inside = local.x.abs() <= p.sides_m[0] / 2.0 && local.y.abs() <= p.sides_m[1] / 2.0;
             (t > 0.0 && inside).then_some(t)
         }
+        Primitive::Cuboid(b) => {
+            let turn = b.rotation.inverse();
+            let (from, along) = (turn * (o - b.centre), turn * d);
+            let (mut enter, mut leave) = (0.0f64, f64::INFINITY);
+            for k in 0..3 {
+                let half = b.sides_m[k] / 2.0;
+                let (a, z) = ((-half - from[k]) / along[k], (half - from[k]) / along[k]);
+                enter = enter.max(a.min(z));
+                leave = leave.min(a.max(z));
+            }
+            (enter < leave).then_some(enter)
+        }
+        Primitive::Cone(c) => {
+            // |away|^2 = (slope * depth)^2 below the apex.
+            let slope_2 = (c.radius_m / c.height_m).powi(2);
+            let oa = o - c.apex();
+            let (oh, dh) = (-oa.dot(&c.axis), -d.dot(&c.axis));
+            let (op, dp) = (oa + c.axis.as_ref() * oh, d + c.axis.as_ref() * dh);
+            let a = dp.norm_squared() - slope_2 * dh * dh;
+            let b = op.dot(&dp) - slope_2 * oh * dh;
+            let disc = b * b - a * (op.norm_squared() - slope_2 * oh * oh);
+            let on = |t: &f64| *t > 0.0 && (0.0..=c.height_m).contains(&(oh + t * dh));
+            let root = |sign: f64| Some((-b + sign * disc.sqrt()) / a).filter(on);
+            let base = (c.height_m - oh) / dh;
+            let base = Some(base).filter(|t| *t > 0.0 && (op + dp * *t).norm() <= c.radius_m);
+            let hits = [root(-1.0), root(1.0), base];
+            hits.into_iter().flatten().min_by(f64::total_cmp)
+        }
+        Primitive::Superquadric(s) => {
+            // The gauge is a norm, so along a ray it has one valley: to its floor by golden sections
+            // between the ends of a ball around all, then up its near side by halves.
+            let oc = o - s.centre;
+            let reach = s.sides_m.iter().sum::<f64>();
+            let (b, c) = (oc.dot(d), oc.norm_squared() - reach * reach);
+            let disc = b * b - c;
+            if disc <= 0.0 {
+                return None;
+            }
+            let gauge = |t: f64| s.gauge_at(&(o + d * t));
+            let (mut low, mut high) = (-b - disc.sqrt(), -b + disc.sqrt());
+            let first = low;
+            while high - low > 1e-7 {
+                let third = (high - low) / 3.0;
+                if gauge(low + third) < gauge(high - third) {
+                    high -= third;
+                } else {
+                    low += third;
+                }
+            }
+            let floor = f64::midpoint(low, high);
+            if gauge(floor) >= 1.0 {
+                return None;
+            }
+            let (mut low, mut high) = (first, floor);
+            for _ in 0..40 {
+                let middle = f64::midpoint(low, high);
+                if gauge(middle) < 1.0 {
+                    high = middle;
+                } else {
+                    low = middle;
+                }
+            }
+            Some(high)
+        }
     }
     .filter(|t| t.is_finite() && *t > 0.0)
 }
@@ -78,8 +142,13 @@ pub(super) fn look(
         }
         hits
     };
-    let probe = beams(200.0).len().max(1) as f64;
-    let steps = 200.0 * (wanted as f64 / probe).sqrt();
+    // A superquadric has no closed form to cast a ray by.
+    let fine = match primitive {
+        Primitive::Superquadric(_) => 60.0,
+        _ => 200.0,
+    };
+    let probe = beams(fine).len().max(1) as f64;
+    let steps = fine * (wanted as f64 / probe).sqrt();
     let mut points = beams(steps.round().max(4.0));
     for p in &mut points {
         let n: [f64; 3] = std::array::from_fn(|_| StandardNormal.sample(rng));
@@ -88,8 +157,8 @@ pub(super) fn look(
     points
 }
 
-/// A thing of class `class` (0 sphere, 1 cylinder, 2 plane) as the corridor scenes have them, and
-/// a sensor at the origin.
+/// A thing of class `class` (0 sphere, 1 cylinder, 2 plane as the corridor scenes have them; 3 box,
+/// 4 cone, 5 superquadric of that size and attitude), for a sensor at the origin.
 pub(super) fn thing(class: usize, seed: u64) -> (Primitive, ChaCha8Rng) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed * 3 + class as u64);
     let centre = Point3::new(
@@ -111,6 +180,26 @@ pub(super) fn thing(class: usize, seed: u64) -> (Primitive, ChaCha8Rng) {
                 length_m: rng.random_range(0.8..1.6),
             })
         }
+        3 => Primitive::Cuboid(Cuboid {
+            centre,
+            rotation: leaning(&mut rng),
+            sides_m: std::array::from_fn(|_| rng.random_range(0.25..0.8)),
+        }),
+        4 => {
+            let lean: [f64; 2] = [rng.random_range(-0.3..0.3), rng.random_range(-0.3..0.3)];
+            Primitive::Cone(Cone {
+                centre,
+                axis: Unit::new_normalize(Vector3::new(lean[0], lean[1], 1.0)),
+                radius_m: rng.random_range(0.15..0.4),
+                height_m: rng.random_range(0.4..1.0),
+            })
+        }
+        5 => Primitive::Superquadric(Superquadric {
+            centre,
+            rotation: leaning(&mut rng),
+            sides_m: std::array::from_fn(|_| rng.random_range(0.3..0.9)),
+            exponents: std::array::from_fn(|_| rng.random_range(0.3..1.7)),
+        }),
         _ => Primitive::Plane(Plane {
             centre,
             // Normal within 50 deg of the view.
@@ -120,4 +209,13 @@ pub(super) fn thing(class: usize, seed: u64) -> (Primitive, ChaCha8Rng) {
         }),
     };
     (primitive, rng)
+}
+
+/// Any turn about the vertical, and a lean of up to 17 deg.
+fn leaning(rng: &mut ChaCha8Rng) -> Rotation3<f64> {
+    Rotation3::from_euler_angles(
+        rng.random_range(-0.3..0.3),
+        rng.random_range(-0.3..0.3),
+        rng.random_range(-3.1..3.1),
+    )
 }

@@ -43,6 +43,7 @@ fn thing(x: f64) -> NoveltyRecord {
         rotation: unit,
         size: [0.3; 3],
         size_sd: [0.02; 3],
+        exponents: None,
         residual_m: 0.004,
         inliers: 120,
     };

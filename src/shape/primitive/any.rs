@@ -1,10 +1,11 @@
 //! One primitive of whichever class.
 
-use super::{Cylinder, Patch, Plane, Sphere};
+use super::{Cone, Cuboid, Cylinder, Patch, Plane, Sphere, Superquadric};
 use crate::shape::Class;
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
-/// A geometric primitive (an element of C = {sphere, cylinder, plane}, section IV).
+/// A geometric primitive: an element of C = {sphere, cylinder, plane} (section IV), or one of those
+/// that the paper leaves for later.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Primitive {
     /// A ball.
@@ -13,6 +14,12 @@ pub enum Primitive {
     Cylinder(Cylinder),
     /// A rectangle.
     Plane(Plane),
+    /// A rectangular box.
+    Cuboid(Cuboid),
+    /// A cone.
+    Cone(Cone),
+    /// A superquadric ellipsoid.
+    Superquadric(Superquadric),
 }
 
 impl Primitive {
@@ -22,6 +29,9 @@ impl Primitive {
             Self::Sphere(_) => Class::Sphere,
             Self::Cylinder(_) => Class::Cylinder,
             Self::Plane(_) => Class::Plane,
+            Self::Cuboid(_) => Class::Box,
+            Self::Cone(_) => Class::Cone,
+            Self::Superquadric(_) => Class::Superquadric,
         }
     }
 
@@ -31,10 +41,14 @@ impl Primitive {
             Self::Sphere(s) => s.centre,
             Self::Cylinder(c) => c.centre,
             Self::Plane(p) => p.centre,
+            Self::Cuboid(b) => b.centre,
+            Self::Cone(c) => c.centre,
+            Self::Superquadric(s) => s.centre,
         }
     }
 
-    /// Full lengths along its axes, metres: (D, D, D), (D, D, L) or (A, B, 0) with A >= B.
+    /// Full lengths along its axes, metres: (D, D, D), (D, D, L), (A, B, 0) with A >= B, a box's
+    /// longest first, a cone's (D, D, H), a superquadric's own with the longer across z first.
     pub fn size_m(&self) -> [f64; 3] {
         match self {
             Self::Sphere(s) => [2.0 * s.radius_m; 3],
@@ -43,6 +57,17 @@ impl Primitive {
                 let [a, b] = p.longer_first().sides_m;
                 [a, b, 0.0]
             }
+            Self::Cuboid(b) => b.size_m(),
+            Self::Cone(c) => [2.0 * c.radius_m, 2.0 * c.radius_m, c.height_m],
+            Self::Superquadric(s) => s.longer_first().sides_m,
+        }
+    }
+
+    /// e1 and e2 of a superquadric.
+    pub fn exponents(&self) -> Option<[f64; 2]> {
+        match self {
+            Self::Superquadric(s) => Some(s.exponents),
+            _ => None,
         }
     }
 
@@ -54,6 +79,9 @@ impl Primitive {
             Self::Sphere(_) => Matrix3::identity(),
             Self::Cylinder(c) => c.rotation(sensor),
             Self::Plane(p) => p.rotation(sensor),
+            Self::Cuboid(b) => b.rotation(),
+            Self::Cone(c) => c.rotation(sensor),
+            Self::Superquadric(s) => s.rotation(),
         }
     }
 
@@ -63,6 +91,9 @@ impl Primitive {
             Self::Sphere(s) => s.distance_m(p),
             Self::Cylinder(c) => c.distance_m(p),
             Self::Plane(plane) => plane.distance_m(p),
+            Self::Cuboid(b) => b.distance_m(p),
+            Self::Cone(c) => c.distance_m(p),
+            Self::Superquadric(s) => s.distance_m(p),
         }
     }
 
@@ -72,6 +103,9 @@ impl Primitive {
             Self::Sphere(s) => s.normal_at(p),
             Self::Cylinder(c) => c.normal_at(p),
             Self::Plane(plane) => Some(plane.normal()),
+            Self::Cuboid(b) => Some(b.normal_at(p)),
+            Self::Cone(c) => c.normal_at(p),
+            Self::Superquadric(s) => s.normal_at(p),
         }
     }
 
@@ -79,7 +113,20 @@ impl Primitive {
     pub fn visible_distance_m(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> f64 {
         match self {
             Self::Cylinder(c) => c.visible_distance_m(p, sensor),
+            Self::Cuboid(b) => b.visible_distance_m(p, sensor),
+            Self::Cone(c) => c.visible_distance_m(p, sensor),
+            Self::Superquadric(s) => s.visible_distance_m(p, sensor),
             other => other.distance_m(p),
+        }
+    }
+
+    /// Which of the faces that `sensor` sees `p` belongs to, by number.
+    pub(in crate::shape) fn seen_face(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> usize {
+        match self {
+            Self::Cylinder(c) => c.seen_face(p, sensor),
+            Self::Cuboid(b) => b.seen_face(p, sensor),
+            Self::Cone(c) => c.seen_face(p, sensor),
+            Self::Sphere(_) | Self::Plane(_) | Self::Superquadric(_) => 0,
         }
     }
 
@@ -100,6 +147,21 @@ impl Primitive {
                 rotation: other_from_this.rotation.to_rotation_matrix() * p.rotation,
                 ..p
             }),
+            Self::Cuboid(b) => Self::Cuboid(Cuboid {
+                centre: other_from_this * b.centre,
+                rotation: other_from_this.rotation.to_rotation_matrix() * b.rotation,
+                ..b
+            }),
+            Self::Cone(c) => Self::Cone(Cone {
+                centre: other_from_this * c.centre,
+                axis: other_from_this.rotation * c.axis,
+                ..c
+            }),
+            Self::Superquadric(s) => Self::Superquadric(Superquadric {
+                centre: other_from_this * s.centre,
+                rotation: other_from_this.rotation.to_rotation_matrix() * s.rotation,
+                ..s
+            }),
         }
     }
 
@@ -109,6 +171,9 @@ impl Primitive {
             Self::Sphere(s) => s.visible(sensor, each),
             Self::Cylinder(c) => c.visible(sensor, each),
             Self::Plane(p) => p.visible(sensor, each),
+            Self::Cuboid(b) => b.visible(sensor, each),
+            Self::Cone(c) => c.visible(sensor, each),
+            Self::Superquadric(s) => s.visible(sensor, each),
         }
     }
 
@@ -118,19 +183,25 @@ impl Primitive {
             Self::Sphere(s) => s.whole(each),
             Self::Cylinder(c) => c.whole(each),
             Self::Plane(p) => p.whole(each),
+            Self::Cuboid(b) => b.whole(each),
+            Self::Cone(c) => c.whole(each),
+            Self::Superquadric(s) => s.whole(each),
         }
     }
 
-    /// Free parameters of a class with its centre (k of the score): 4, 7, 8.
+    /// Free parameters of a class with its centre (k of the score).
     pub(in crate::shape) fn parameters(&self) -> usize {
         match self {
             Self::Sphere(_) => 4,
             Self::Cylinder(_) => 7,
             Self::Plane(_) => 8,
+            Self::Cuboid(_) => 9,
+            Self::Cone(_) => 7,
+            Self::Superquadric(_) => 11,
         }
     }
 
-    /// Starting points of every class for the given moments, grouped by class; `axes` are the
+    /// Starting points of the paper's classes for the given moments, grouped by class; `axes` are the
     /// covariance's eigenvectors and `view` points from the sensor to the object.
     pub(in crate::shape) fn starts(
         mean: &Point3<f64>,
@@ -161,6 +232,9 @@ impl Primitive {
             Self::Sphere(s) => s.moved(x, scale_m).map(Self::Sphere),
             Self::Cylinder(c) => c.moved(x, scale_m).map(Self::Cylinder),
             Self::Plane(p) => p.moved(x, scale_m).map(Self::Plane),
+            Self::Cuboid(b) => b.moved(x, scale_m).map(Self::Cuboid),
+            Self::Cone(c) => c.moved(x, scale_m).map(Self::Cone),
+            Self::Superquadric(s) => s.moved(x, scale_m).map(Self::Superquadric),
         }
     }
 }

@@ -39,6 +39,15 @@ impl Cylinder {
     /// Signed distance of `p` from what `sensor` sees: the mantle, or the cap that faces it where
     /// that is nearer. The mantle is endless, so that noise at the ends does not stretch it.
     pub(super) fn visible_distance_m(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> f64 {
+        self.seen(p, sensor).1
+    }
+
+    /// 0 where `p` belongs to the mantle, 1 where it belongs to the cap that `sensor` sees.
+    pub(super) fn seen_face(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> usize {
+        self.seen(p, sensor).0
+    }
+
+    fn seen(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> (usize, f64) {
         let (height, away) = self.split(p);
         let mantle = away.norm() - self.radius_m;
         let (sensor_height, sensor_away) = self.split(sensor);
@@ -47,17 +56,22 @@ impl Cylinder {
         if over > 0.0 {
             let cap = height * sensor_height.signum() - half;
             if sensor_away.norm() <= self.radius_m {
-                return cap;
+                // The cap alone is seen, and it ends at its rim.
+                let rim = mantle.max(0.0);
+                return (
+                    1,
+                    cap.hypot(rim) * if rim > 0.0 { 1.0 } else { cap.signum() },
+                );
             }
             // A cap seen at a grazing angle takes points only gradually: the distance must not
             // jump where it comes into sight.
             let distance = (sensor - self.centre).norm();
             let cap = cap / (over / (CAP_IN_SIGHT_SIN * distance)).clamp(1e-6, 1.0);
             if mantle < 0.0 && cap.abs() < -mantle {
-                return cap;
+                return (1, cap);
             }
         }
-        mantle
+        (0, mantle)
     }
 
     /// Patches that `sensor` can see: the near side of the mantle and the cap that faces it; none

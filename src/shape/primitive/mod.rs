@@ -4,15 +4,21 @@
 
 mod any;
 mod axes;
+mod cone;
+mod cuboid;
 mod cylinder;
 mod plane;
 mod quadrature;
 mod sphere;
+mod superquadric;
 
 pub use any::Primitive;
+pub use cone::Cone;
+pub use cuboid::Cuboid;
 pub use cylinder::Cylinder;
 pub use plane::Plane;
 pub use sphere::Sphere;
+pub use superquadric::Superquadric;
 
 pub(super) use axes::{perpendicular, rotation_with_third};
 pub(super) use quadrature::{Patch, interval};

@@ -84,6 +84,7 @@ fn three_primitives_are_found_among_a_third_of_outliers() {
                     assert!((p.sides_m[0] - 2.0).abs() < 0.1, "{p:?}");
                     assert!((p.sides_m[1] - 1.5).abs() < 0.1, "{p:?}");
                 }
+                other => panic!("not one of the paper's: {other:?}"),
             }
         }
         assert!(taken.iter().all(|&t| t <= 1), "inliers are disjoint");

@@ -1,0 +1,208 @@
+//! The rectangular box.
+
+use super::quadrature::{Patch, interval};
+use super::rotation_with_third;
+use crate::shape::constants::BOUNDS;
+use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
+
+/// A box of three pairs of faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cuboid {
+    /// Middle, metres.
+    pub centre: Point3<f64>,
+    /// Columns: along the first, second and third side.
+    pub rotation: Rotation3<f64>,
+    /// Full lengths of the sides, metres.
+    pub sides_m: [f64; 3],
+}
+
+impl Cuboid {
+    fn local(&self, p: &Point3<f64>) -> Vector3<f64> {
+        self.rotation.inverse() * (p - self.centre)
+    }
+
+    /// Axis and sign of the face whose plane `p` lies farthest outside of (or least inside), and
+    /// its signed distance from that plane.
+    fn face(&self, p: &Point3<f64>) -> (usize, f64, f64) {
+        let local = self.local(p);
+        (0..3)
+            .map(|k| {
+                let over = local[k].abs() - self.sides_m[k] / 2.0;
+                (k, local[k].signum(), over)
+            })
+            .max_by(|a, b| a.2.total_cmp(&b.2))
+            .unwrap_or((0, 1.0, 0.0))
+    }
+
+    /// Signed distance of `p` from the faces' endless planes, positive outside, metres: exact
+    /// inside and over a face, less than the distance beyond an edge.
+    pub fn distance_m(&self, p: &Point3<f64>) -> f64 {
+        self.face(p).2
+    }
+
+    /// Outward unit normal of the face next to `p`.
+    pub fn normal_at(&self, p: &Point3<f64>) -> Vector3<f64> {
+        let (k, sign, _) = self.face(p);
+        self.rotation.matrix().column(k) * sign
+    }
+
+    /// Axis of the seen face whose plane `p` lies farthest outside of, and its signed distance from
+    /// that plane; `None` when `sensor` stands inside.
+    fn seen(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> Option<(usize, f64)> {
+        let (local, from) = (self.local(p), self.local(sensor));
+        (0..3)
+            .filter(|&k| from[k].abs() > self.sides_m[k] / 2.0)
+            .map(|k| (k, local[k] * from[k].signum() - self.sides_m[k] / 2.0))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Signed distance of `p` from the faces that `sensor` sees, endless like those of the other
+    /// classes, so that noise at an edge does not stretch them.
+    pub(super) fn visible_distance_m(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> f64 {
+        let seen = self.seen(p, sensor);
+        seen.map_or_else(|| self.distance_m(p), |(_, distance)| distance)
+    }
+
+    /// Axis of the face that `p` belongs to among those that `sensor` sees.
+    pub(super) fn seen_face(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> usize {
+        let seen = self.seen(p, sensor);
+        seen.map_or_else(|| self.face(p).0, |(axis, _)| axis)
+    }
+
+    /// Patches of the one, two or three faces that `sensor` sees; none when it stands inside.
+    pub(super) fn visible(&self, sensor: &Point3<f64>, each: &mut impl FnMut(Patch)) {
+        let from = self.local(sensor);
+        for k in 0..3 {
+            if from[k].abs() > self.sides_m[k] / 2.0 {
+                self.patches(k, from[k].signum(), each);
+            }
+        }
+    }
+
+    /// Patches of all six faces.
+    pub(super) fn whole(&self, each: &mut impl FnMut(Patch)) {
+        for k in 0..3 {
+            self.patches(k, -1.0, each);
+            self.patches(k, 1.0, each);
+        }
+    }
+
+    fn patches(&self, k: usize, sign: f64, each: &mut impl FnMut(Patch)) {
+        let [i, j] = [(k + 1) % 3, (k + 2) % 3];
+        let m = self.rotation.matrix();
+        let normal = m.column(k) * sign;
+        let middle = self.centre + normal * (self.sides_m[k] / 2.0);
+        let [a, b] = [self.sides_m[i] / 2.0, self.sides_m[j] / 2.0];
+        for (x, x_weight) in interval(-a, a) {
+            for (y, y_weight) in interval(-b, b) {
+                each(Patch {
+                    at: middle + m.column(i) * x + m.column(j) * y,
+                    normal,
+                    area: x_weight * y_weight,
+                });
+            }
+        }
+    }
+
+    /// This box moved by parameters: centre in units of `scale_m`, a rotation vector in radians,
+    /// three bounded sizes.
+    pub(super) fn moved(&self, x: &[f64], scale_m: f64) -> Option<Self> {
+        let [cx, cy, cz, rx, ry, rz, a, b, c] = *x else {
+            return None;
+        };
+        let range = BOUNDS.box_side_m;
+        let [first, second, third] = self.sides_m;
+        Some(Self {
+            centre: self.centre + Vector3::new(cx, cy, cz) * scale_m,
+            rotation: Rotation3::new(Vector3::new(rx, ry, rz)) * self.rotation,
+            sides_m: [
+                range.moved(first, a),
+                range.moved(second, b),
+                range.moved(third, c),
+            ],
+        })
+    }
+
+    /// The sides with their axes' numbers, longest first.
+    fn order(&self) -> [usize; 3] {
+        let mut order = [0, 1, 2];
+        order.sort_by(|&a, &b| self.sides_m[b].total_cmp(&self.sides_m[a]));
+        order
+    }
+
+    /// Full lengths, longest first, metres.
+    pub(super) fn size_m(&self) -> [f64; 3] {
+        self.order().map(|k| self.sides_m[k])
+    }
+
+    /// Longest side first, shortest third; the third and first with their greatest coordinate
+    /// positive.
+    pub(super) fn rotation(&self) -> Matrix3<f64> {
+        let upright = |k: usize| {
+            let axis: Vector3<f64> = self.rotation.matrix().column(k).into_owned();
+            axis * axis[axis.iamax()].signum()
+        };
+        let [first, _, third] = self.order();
+        rotation_with_third(&Unit::new_normalize(upright(third)), &upright(first))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cuboid;
+    use nalgebra::{Point3, Rotation3, Vector3};
+
+    fn crate_box() -> Cuboid {
+        Cuboid {
+            centre: Point3::new(2.0, 0.0, 0.0),
+            rotation: Rotation3::from_euler_angles(0.0, 0.0, 0.0),
+            sides_m: [0.4, 0.6, 0.2],
+        }
+    }
+
+    #[test]
+    fn as_many_faces_are_seen_as_the_sensor_stands_beyond() {
+        for (sensor, faces) in [
+            (Point3::new(0.0, 0.0, 0.0), 1),
+            (Point3::new(0.0, 1.0, 0.0), 2),
+            (Point3::new(0.0, 1.0, 1.0), 3),
+            (Point3::new(2.1, 0.0, 0.0), 0),
+        ] {
+            let (mut area, mut patches) = (0.0, 0);
+            crate_box().visible(&sensor, &mut |p| {
+                area += p.area;
+                patches += 1;
+                assert!(p.normal.dot(&(sensor - p.at)) > 0.0);
+            });
+            assert_eq!(patches, 25 * faces);
+            let expected = [0.0, 0.12, 0.12 + 0.08, 0.12 + 0.08 + 0.24][faces];
+            assert!((area - expected).abs() < 1e-12, "{sensor}: {area}");
+        }
+    }
+
+    #[test]
+    fn distances_are_those_of_the_seen_wedge() {
+        let b = crate_box();
+        let sensor = Point3::new(0.0, 1.0, 0.0);
+        let on = [Point3::new(1.8, 0.1, 0.05), Point3::new(2.1, 0.3, -0.05)];
+        for p in on {
+            assert!(b.visible_distance_m(&p, &sensor).abs() < 1e-12);
+        }
+        // A point of the hidden far face lies deep inside the wedge.
+        let far = Point3::new(2.2, 0.0, 0.0);
+        assert!((b.visible_distance_m(&far, &sensor) + 0.3).abs() < 1e-12);
+        assert!(b.distance_m(&far).abs() < 1e-12);
+        assert!((b.normal_at(&far) - Vector3::x()).norm() < 1e-12);
+        assert!((b.distance_m(&b.centre) + 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sides_are_told_longest_first_in_a_rotation() {
+        let b = crate_box();
+        assert_eq!(b.size_m(), [0.6, 0.4, 0.2]);
+        let r = b.rotation();
+        assert!((r.determinant() - 1.0).abs() < 1e-12);
+        assert!((r.column(0) - Vector3::y()).norm() < 1e-12);
+        assert!((r.column(2) - Vector3::z()).norm() < 1e-12);
+    }
+}

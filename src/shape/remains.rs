@@ -1,0 +1,109 @@
+//! What a fit leaves between its surface and the points: noise alone, or a sign that another class
+//! made them.
+
+use super::constants::{OUTLIER_SIGMAS, UNEXPLAINED_SIGMAS};
+use super::matching::Observed;
+use super::primitive::Primitive;
+use nalgebra::{Point3, Unit, Vector3};
+
+/// Cells per axis in which remains are averaged: three tell a slope and a bend.
+const CELLS: usize = 3;
+
+/// Whether the distances of the points from the surface look like noise: no greater than it is
+/// told to be, and of no sign in common within any region of the thing. `axes` are the moments'
+/// eigenvectors by falling eigenvalue; the regions lie along the first two.
+pub(super) fn only_noise_is_left(
+    observed: &Observed,
+    primitive: &Primitive,
+    axes: &[Unit<Vector3<f64>>],
+) -> bool {
+    let distances: Vec<f64> = observed
+        .points
+        .iter()
+        .map(|p| {
+            let z = observed.distance_m(primitive, p) / observed.noise_m;
+            z.clamp(-OUTLIER_SIGMAS, OUTLIER_SIGMAS)
+        })
+        .collect();
+    let n = distances.len().max(1) as f64;
+    let square = distances.iter().map(|z| z * z).sum::<f64>() / n;
+    if square > 1.0 + UNEXPLAINED_SIGMAS * (2.0 / n).sqrt() {
+        return false;
+    }
+    let [first, second] = [0, 1].map(|k| thirds(&observed.points, &axes[k]));
+    let (mut sums, mut counts) = ([0.0; CELLS * CELLS], [0.0; CELLS * CELLS]);
+    for ((z, i), k) in distances.iter().zip(first).zip(second) {
+        sums[i * CELLS + k] += z;
+        counts[i * CELLS + k] += 1.0;
+    }
+    // Chi-square of the cells' means, in units of what the distances themselves scatter.
+    let cells = sums.iter().zip(&counts).filter(|(_, n)| **n > 0.0);
+    let (mut chi_2, mut degrees) = (0.0, 0.0);
+    for (sum, count) in cells {
+        chi_2 += sum * sum / (count * square.max(f64::MIN_POSITIVE));
+        degrees += 1.0;
+    }
+    chi_2 <= degrees + UNEXPLAINED_SIGMAS * f64::sqrt(2.0 * degrees)
+}
+
+/// Which third of all points, by their place along `axis`, every point belongs to.
+fn thirds(points: &[Point3<f64>], axis: &Unit<Vector3<f64>>) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    let place = |i: usize| points[i].coords.dot(axis);
+    order.sort_by(|&a, &b| place(a).total_cmp(&place(b)));
+    let mut third = vec![0; points.len()];
+    for (rank, &i) in order.iter().enumerate() {
+        third[i] = rank * CELLS / points.len();
+    }
+    third
+}
+
+#[cfg(test)]
+mod tests {
+    use super::only_noise_is_left;
+    use crate::shape::matching::Observed;
+    use crate::shape::primitive::{Cylinder, Primitive};
+    use crate::shape::settings::{BeamDensity, SurfaceModel};
+    use nalgebra::{Matrix3, Point3, Vector3};
+
+    /// Points of an upright bar of radius 0.2 m seen from far, `bulge_m` wider half-way up and as
+    /// much narrower at its ends, with alternating noise of 1 cm.
+    fn bar(bulge_m: f64) -> (Observed, Primitive) {
+        let mut points = Vec::new();
+        for row in 0..12 {
+            let z = f64::from(row) / 11.0 - 0.5;
+            for column in 0..9 {
+                let angle = (f64::from(column) - 4.0) * 0.35;
+                let noise = if (row + column) % 2 == 0 { 0.01 } else { -0.01 };
+                let r = 0.2 + noise + bulge_m * (1.0 - 4.0 * z.abs());
+                points.push(Point3::new(-r * angle.cos(), r * angle.sin(), z));
+            }
+        }
+        let observed = Observed::new(
+            &Matrix3::identity(),
+            108.0,
+            0.01,
+            Point3::new(-3.0, 0.0, 0.0),
+            points,
+            SurfaceModel::Visible,
+            BeamDensity::SolidAngle,
+        );
+        let cylinder = Primitive::Cylinder(Cylinder {
+            centre: Point3::origin(),
+            axis: Vector3::z_axis(),
+            radius_m: 0.2,
+            length_m: 1.1,
+        });
+        (observed, cylinder)
+    }
+
+    #[test]
+    fn noise_is_noise_and_a_bulge_below_it_is_seen() {
+        let axes = [Vector3::z_axis(), Vector3::y_axis(), Vector3::x_axis()];
+        for (bulge_m, noise) in [(0.0, true), (0.008, false), (0.05, false)] {
+            let (observed, cylinder) = bar(bulge_m);
+            let told = only_noise_is_left(&observed, &cylinder, &axes);
+            assert_eq!(told, noise, "{bulge_m}");
+        }
+    }
+}

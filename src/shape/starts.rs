@@ -1,0 +1,213 @@
+//! Where the fits of box, cone and superquadric begin. Their attitude is in no eigenvector of the
+//! moments once two faces are seen, so small sets of points propose it and all points judge.
+
+use super::constants::{
+    BOUNDS, EDGE_QUANTILE, LEAST_NOISE_M, NORMAL_NEIGHBOURS, START_SEED, START_SIGMAS, START_TRIES,
+    STARTS_KEPT,
+};
+use super::matching::Observed;
+use super::primitive::{Cone, Cuboid, Primitive, Superquadric, rotation_with_third};
+use super::ransac::estimate_normals;
+use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Boxes and cones worth fitting, grouped by class; `axes` are the moments' eigenvectors and
+/// `sd_m` is what a point may lie off its surface.
+pub(super) fn edged_starts(
+    observed: &Observed,
+    axes: &[Unit<Vector3<f64>>],
+    sd_m: f64,
+) -> [Vec<Primitive>; 2] {
+    [
+        best(observed, sd_m, boxes(observed, axes)),
+        best(observed, sd_m, cones(observed, axes)),
+    ]
+}
+
+/// The proposals that most points lie close to, by truncated squares.
+fn best(observed: &Observed, sd_m: f64, proposed: Vec<Primitive>) -> Vec<Primitive> {
+    let reach = START_SIGMAS * sd_m.max(LEAST_NOISE_M);
+    let cost = |primitive: &Primitive| -> f64 {
+        let points = observed.points.iter();
+        points
+            .map(|p| (observed.distance_m(primitive, p) / reach).powi(2).min(1.0))
+            .sum()
+    };
+    let mut costed: Vec<(f64, Primitive)> = proposed.into_iter().map(|p| (cost(&p), p)).collect();
+    costed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let kept = costed.into_iter().take(STARTS_KEPT);
+    kept.map(|(_, primitive)| primitive).collect()
+}
+
+/// The value below which the share `quantile` of `values` lies.
+fn quantile(values: &mut [f64], quantile: f64) -> f64 {
+    let last = values.len().saturating_sub(1);
+    let at = (quantile * last as f64).round() as usize;
+    match values {
+        [] => 0.0,
+        _ => *values.select_nth_unstable_by(at, f64::total_cmp).1,
+    }
+}
+
+/// Boxes around all points, one attitude from every eigenvector and more from sets of five points:
+/// three on one face, two on a face that stands on it.
+fn boxes(observed: &Observed, axes: &[Unit<Vector3<f64>>]) -> Vec<Primitive> {
+    let points = &observed.points;
+    let mut rng = ChaCha8Rng::seed_from_u64(START_SEED);
+    let frames = axes.iter().enumerate().map(|(k, third)| {
+        let hint = axes[(k + 1) % axes.len()];
+        rotation_with_third(third, &hint)
+    });
+    let mut frames: Vec<Matrix3<f64>> = frames.collect();
+    for _ in 0..START_TRIES {
+        let mut pick = || points[rng.random_range(0..points.len())];
+        let (a, b, c) = (pick(), pick(), pick());
+        let along = pick() - pick();
+        let normal = (b - a).cross(&(c - a));
+        if let Some(normal) = Unit::try_new(normal, 1e-12) {
+            frames.push(rotation_with_third(&normal, &along));
+        }
+    }
+    frames.iter().map(|f| around(observed, f)).collect()
+}
+
+/// The box with these axes whose faces lie at the points' outer quantiles.
+fn around(observed: &Observed, frame: &Matrix3<f64>) -> Primitive {
+    let mut middle = Vector3::zeros();
+    let mut sides_m = [0.0; 3];
+    for (k, side) in sides_m.iter_mut().enumerate() {
+        let axis = frame.column(k);
+        let places = observed.points.iter().map(|p| p.coords.dot(&axis));
+        let mut places: Vec<f64> = places.collect();
+        let low = quantile(&mut places, EDGE_QUANTILE);
+        let high = quantile(&mut places, 1.0 - EDGE_QUANTILE);
+        *side = BOUNDS.box_side_m.clamp(high - low);
+        middle += axis * f64::midpoint(low, high);
+    }
+    Primitive::Cuboid(Cuboid {
+        centre: Point3::from(middle),
+        rotation: Rotation3::from_matrix_unchecked(*frame),
+        sides_m,
+    })
+}
+
+/// Cones about every eigenvector, either way up, and more from sets of three points with normals.
+fn cones(observed: &Observed, axes: &[Unit<Vector3<f64>>]) -> Vec<Primitive> {
+    let points = &observed.points;
+    let mut found: Vec<Primitive> = axes
+        .iter()
+        .flat_map(|axis| [*axis, -*axis])
+        .filter_map(|axis| upright_cone(observed, &axis))
+        .collect();
+    let normals = estimate_normals(points, &observed.sensor, NORMAL_NEIGHBOURS);
+    let mut rng = ChaCha8Rng::seed_from_u64(START_SEED);
+    for _ in 0..START_TRIES {
+        let picked: [usize; 3] = std::array::from_fn(|_| rng.random_range(0..points.len()));
+        // The apex lies in all three tangent planes.
+        let n = Matrix3::from_rows(&picked.map(|i| normals[i].transpose()));
+        let offsets = Vector3::from_fn(|k, _| normals[picked[k]].dot(&points[picked[k]].coords));
+        let Some(apex) = n
+            .try_inverse()
+            .map(|inverse| Point3::from(inverse * offsets))
+        else {
+            continue;
+        };
+        let downs = picked.map(|i| (points[i] - apex).normalize());
+        let axis = (downs[1] - downs[0]).cross(&(downs[2] - downs[0]));
+        let Some(axis) = Unit::try_new(axis, 1e-9) else {
+            continue;
+        };
+        let axis = if axis.dot(&downs[0]) > 0.0 {
+            -axis
+        } else {
+            axis
+        };
+        let cos = -axis.dot(&downs[0]);
+        found.extend(cone_below(
+            observed,
+            &apex,
+            &axis,
+            (1.0 / (cos * cos) - 1.0).sqrt(),
+        ));
+    }
+    found
+}
+
+/// The cone with this apex, axis (towards the apex) and slope (radius over depth) that ends where
+/// the points do.
+fn cone_below(
+    observed: &Observed,
+    apex: &Point3<f64>,
+    axis: &Unit<Vector3<f64>>,
+    slope: f64,
+) -> Option<Primitive> {
+    let depths = observed.points.iter().map(|p| (apex - p).dot(axis));
+    let mut depths: Vec<f64> = depths.collect();
+    let depth = quantile(&mut depths, 1.0 - EDGE_QUANTILE);
+    let radius_m = slope * depth;
+    let (across, along) = (BOUNDS.cone_diameter_m, BOUNDS.cone_height_m);
+    let sane = radius_m.is_finite() && along.clamp(depth) == depth;
+    (sane && across.clamp(2.0 * radius_m) == 2.0 * radius_m).then(|| {
+        Primitive::Cone(Cone {
+            centre: apex - axis.as_ref() * (depth / 2.0),
+            axis: *axis,
+            radius_m,
+            height_m: depth,
+        })
+    })
+}
+
+/// The cone about `axis` that holds the points: as wide as they are, its axis a radius behind the
+/// nearest of them.
+fn upright_cone(observed: &Observed, axis: &Unit<Vector3<f64>>) -> Option<Primitive> {
+    let frame = rotation_with_third(axis, &observed.sensor.coords);
+    let along = |k: usize, share: f64| {
+        let places = observed
+            .points
+            .iter()
+            .map(|p| p.coords.dot(&frame.column(k)));
+        quantile(&mut places.collect::<Vec<f64>>(), share)
+    };
+    let (left, right) = (along(1, EDGE_QUANTILE), along(1, 1.0 - EDGE_QUANTILE));
+    let (low, high) = (along(2, EDGE_QUANTILE), along(2, 1.0 - EDGE_QUANTILE));
+    let radius_m = (right - left) / 2.0;
+    let near = along(0, 1.0 - EDGE_QUANTILE);
+    let apex = frame * Vector3::new(near - radius_m, f64::midpoint(left, right), high);
+    cone_below(observed, &Point3::from(apex), axis, radius_m / (high - low))
+}
+
+/// Superquadrics that are as good as what was fitted: a box, a ball drawn out along the
+/// eigenvectors, and a cylinder, each with every axis as the equation's z.
+pub(super) fn superquadric_starts(
+    observed: &Observed,
+    axes: &[Unit<Vector3<f64>>],
+    fitted: &[Primitive],
+    sd_m: f64,
+) -> Vec<Primitive> {
+    let eigen = rotation_with_third(&axes[2], &axes[0]);
+    let mut proposed = Vec::new();
+    for primitive in fitted {
+        let (frame, sides_m, square) = match primitive {
+            Primitive::Cuboid(b) => (*b.rotation.matrix(), b.sides_m, 0.4),
+            Primitive::Sphere(s) => (eigen, [2.0 * s.radius_m; 3], 1.0),
+            Primitive::Cylinder(c) => (
+                primitive.rotation(&observed.sensor),
+                [2.0 * c.radius_m, 2.0 * c.radius_m, c.length_m],
+                0.7,
+            ),
+            _ => continue,
+        };
+        for turn in 0..3 {
+            let order = [(turn + 1) % 3, (turn + 2) % 3, turn];
+            let columns = order.map(|k| frame.column(k).into_owned());
+            proposed.push(Primitive::Superquadric(Superquadric {
+                centre: primitive.centre(),
+                rotation: Rotation3::from_matrix_unchecked(Matrix3::from_columns(&columns)),
+                sides_m: order.map(|k| BOUNDS.superquadric_side_m.clamp(sides_m[k])),
+                exponents: [square; 2],
+            }));
+        }
+    }
+    best(observed, sd_m.max(0.1 * observed.scale_m), proposed)
+}
