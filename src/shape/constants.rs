@@ -129,6 +129,8 @@ pub(super) const MOST_LONELY_SHARE: f64 = 0.2;
 /// Classes whose moments cost this much more than another's (as -2 ln odds) are no candidates: the
 /// prior against the data would have to be e^40.
 pub(super) const RULED_OUT_COST: f64 = 80.0;
+/// Points from which on further classes are asked: four for every parameter of a box or more.
+pub(super) const LEAST_FURTHER_POINTS: usize = 40;
 /// Sets of points that propose a box or a cone: with three faces in sight one set in thirty lies
 /// as it should, so that some five of them do.
 pub(super) const START_TRIES: usize = 200;
@@ -147,7 +149,7 @@ pub(super) const NEWTON_TOLERANCE_M: f64 = 1e-4;
 pub(super) const EDGE_QUANTILE: f64 = 0.02;
 /// What is left between a surface and its points looks like noise up to this many standard
 /// deviations of a chi-square of noise.
-pub(super) const UNEXPLAINED_SIGMAS: f64 = 3.0;
+pub(super) const UNEXPLAINED_SIGMAS: f64 = 2.0;
 /// A box thinner than this share of its second side is a board, told as plane.
 pub(super) const BOARD_SHARE: f64 = 0.0625;
 /// A box whose other faces together hold less than this share of the points is told apart from a
@@ -184,9 +186,9 @@ pub(super) const RESIDUAL_POINTS: usize = 4096;
 pub(super) const NORMAL_NEIGHBOURS: usize = 12;
 /// Fits of one class and cost whose centres lie closer are the same, metres.
 pub(super) const SAME_ANSWER_M: f64 = 2e-3;
-/// Sine of the elevation over a cylinder's cap from which it is in full sight; 10 deg, below which
-/// lasers hardly see a surface.
-pub(super) const CAP_IN_SIGHT_SIN: f64 = 0.17;
+/// Sine of the elevation over a cap or a cone's base from which it is in full sight; 3 deg, below which
+/// a row of beams rarely meets it at all.
+pub(super) const CAP_IN_SIGHT_SIN: f64 = 0.05;
 /// Relative tolerance of the matching: a ten-thousandth of a standard deviation is far below it.
 pub(super) const TOLERANCE: f64 = 1e-4;
 /// Evaluations per parameter at most.

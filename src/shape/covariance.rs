@@ -1,9 +1,9 @@
 //! Method B: which class's visible moments are the novelty's (Algorithm 2, one novelty at a time).
 
 use super::constants::{
-    BOARD_SHARE, LEAST_AXIS_VIEW_RAD, LEAST_BESIDE_SHARE, LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE,
-    LEAST_SEEN_NOISE, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES, PROMISING_COST,
-    ROUGHNESS_SHARE, RULED_OUT_COST, SAME_ANSWER_M, UNLIKELY_PENALTY,
+    BOARD_SHARE, LEAST_AXIS_VIEW_RAD, LEAST_BESIDE_SHARE, LEAST_FURTHER_POINTS, LEAST_LENGTH_SHARE,
+    LEAST_NOISE_SHARE, LEAST_SEEN_NOISE, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES,
+    PROMISING_COST, ROUGHNESS_SHARE, RULED_OUT_COST, SAME_ANSWER_M, UNLIKELY_PENALTY,
 };
 use super::faces::{beside_first_face, tally_cost};
 use super::matching::{Matched, Observed, Witness, matched};
@@ -159,11 +159,12 @@ fn judged(
         .into_iter()
         .map(best_of)
         .collect();
-    if !explained(observed, &fits, view, axes) {
+    let enough = observed.points.len() >= LEAST_FURTHER_POINTS;
+    if enough && !explained(observed, &fits, view, axes) {
         let starts = edged_starts(observed, axes, expected);
         fits.extend(starts.map(|class| best_of(drawn_in(observed, class, first))));
     }
-    if !explained(observed, &fits, view, axes) {
+    if enough && !explained(observed, &fits, view, axes) {
         let fitted: Vec<Primitive> = fits.iter().flatten().map(|fit| fit.primitive).collect();
         let starts = superquadric_starts(observed, axes, &fitted, expected);
         fits.push(best_of(drawn_in(observed, starts, first)));

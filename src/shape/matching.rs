@@ -230,21 +230,22 @@ pub(super) struct Matched {
     pub primitive: Primitive,
     /// Sum of squared residuals: (n/2) d_FM^2, the mean term, the noise's prior and the points.
     pub cost: f64,
-    start: Primitive,
     witness: Option<Witness>,
-    x: DVector<f64>,
+    /// In its own standard deviations.
+    noise: f64,
 }
 
 impl Matched {
     /// Standard deviations of centre and size, metres. They cost as much as a step of the fit, so
     /// they are asked of answers alone.
     pub fn spreads(&self, observed: &Observed) -> ([f64; 3], [f64; 3]) {
-        spreads(&Match::new(
-            observed,
-            self.start,
-            self.witness,
-            self.x.clone(),
-        ))
+        // From the fitted primitive on: a length that ran to its bound has no slope in the
+        // parameters that brought it there.
+        let mut x = DVector::zeros(self.primitive.parameters() + 1);
+        if let Some(noise) = x.as_mut_slice().last_mut() {
+            *noise = self.noise;
+        }
+        spreads(&Match::new(observed, self.primitive, self.witness, x))
     }
 }
 
@@ -262,12 +263,12 @@ pub(super) fn matched(
         .minimize(problem);
     let cost = problem.try_residuals(&problem.x)?.norm_squared();
     let primitive = problem.primitive(&problem.x)?;
+    let noise = *problem.x.as_slice().last()?;
     Some(Matched {
         primitive,
         cost,
-        start,
         witness,
-        x: problem.x,
+        noise,
     })
 }
 

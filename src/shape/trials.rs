@@ -82,6 +82,17 @@ fn rates_told(
                     relative.push(error.abs() / true_m[k]);
                     let in_sds = error.abs() / told_sd[k].max(1e-12);
                     z += in_sds * in_sds;
+                    if in_sds > 4.0 && std::env::var("SHOW").is_ok() {
+                        eprintln!(
+                            "far seed {seed} {} pts k{k} {truth:?}\n   -> {:.3?} sd {:.3?} {:.2?} res {:.4} p {:.2}",
+                            seen.len(),
+                            answer.size_m,
+                            answer.size_sd_m,
+                            answer.exponents,
+                            answer.residual_m,
+                            answer.probability
+                        );
+                    }
                     covered += u32::from(in_sds < 1.96);
                     numbers += 1;
                 }
