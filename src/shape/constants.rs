@@ -141,6 +141,8 @@ pub(super) const STARTS_KEPT: usize = 3;
 pub(super) const START_SIGMAS: f64 = 4.0;
 /// Seed of the sets: a fixed choice, since they only begin fits.
 pub(super) const START_SEED: u64 = 7;
+/// Times that those alike to the best superquadric are tried: two turns reach any other from any.
+pub(super) const ROUNDS_OF_ALIKE: usize = 2;
 /// Steps to a surface along a line: from a body's length away Newton halves the way at worst.
 pub(super) const NEWTON_STEPS: usize = 12;
 /// See `NEWTON_STEPS`, metres: a hundredth of the noise.
@@ -150,6 +152,10 @@ pub(super) const EDGE_QUANTILE: f64 = 0.02;
 /// What is left between a surface and its points looks like noise up to this many standard
 /// deviations of a chi-square of noise.
 pub(super) const UNEXPLAINED_SIGMAS: f64 = 2.0;
+/// Root 2: noise and a bias of its size together. Lasers of this kind are biased by colour and
+/// incidence as much as they are noisy (protocols/scip2.md section 11: repeatability 2-12 mm, bounds 10 mm),
+/// and a superquadric would follow that.
+pub(super) const BIASED_NOISE: f64 = std::f64::consts::SQRT_2;
 /// A box thinner than this share of its second side is a board, told as plane.
 pub(super) const BOARD_SHARE: f64 = 0.0625;
 /// A box whose other faces together hold less than this share of the points is told apart from a

@@ -1,16 +1,17 @@
 //! Method B: which class's visible moments are the novelty's (Algorithm 2, one novelty at a time).
 
 use super::constants::{
-    BOARD_SHARE, LEAST_AXIS_VIEW_RAD, LEAST_BESIDE_SHARE, LEAST_FURTHER_POINTS, LEAST_LENGTH_SHARE,
-    LEAST_NOISE_SHARE, LEAST_SEEN_NOISE, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES,
-    PROMISING_COST, ROUGHNESS_SHARE, RULED_OUT_COST, SAME_ANSWER_M, UNLIKELY_PENALTY,
+    BIASED_NOISE, BOARD_SHARE, LEAST_AXIS_VIEW_RAD, LEAST_BESIDE_SHARE, LEAST_FURTHER_POINTS,
+    LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE, MOST_FITTED_POINTS, MOST_JUDGED,
+    MOST_WITNESSES, PROMISING_COST, ROUGHNESS_SHARE, ROUNDS_OF_ALIKE, RULED_OUT_COST,
+    SAME_ANSWER_M, UNLIKELY_PENALTY,
 };
 use super::faces::{beside_first_face, tally_cost};
 use super::matching::{Matched, Observed, Witness, matched};
 use super::primitive::Primitive;
-use super::remains::only_noise_is_left;
+use super::remains::{within, without_pattern};
 use super::settings::{BeamDensity, ShapeSettings, SurfaceModel};
-use super::starts::{edged_starts, superquadric_starts};
+use super::starts::{alike, edged_starts, superquadric_starts};
 use crate::mixture::Gaussian;
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
@@ -160,14 +161,31 @@ fn judged(
         .map(best_of)
         .collect();
     let enough = observed.points.len() >= LEAST_FURTHER_POINTS;
-    if enough && !explained(observed, &fits, view, axes) {
+    let explains = |primitive: &Primitive| {
+        within(observed, primitive, observed.noise_m)
+            && without_pattern(observed, primitive, axes)
+            && unlikely(observed, primitive, view) == 0.0
+    };
+    if enough && !most_likely(observed, &fits, view).is_some_and(explains) {
         let starts = edged_starts(observed, axes, expected);
         fits.extend(starts.map(|class| best_of(drawn_in(observed, class, first))));
     }
-    if enough && !explained(observed, &fits, view, axes) {
+    // A superquadric follows any pattern, and a laser's own bias is one.
+    let limit = BIASED_NOISE * expected;
+    let explains = |primitive: &Primitive| typical_distance_m(observed, primitive) <= limit;
+    if enough && !most_likely(observed, &fits, view).is_some_and(explains) {
         let fitted: Vec<Primitive> = fits.iter().flatten().map(|fit| fit.primitive).collect();
         let starts = superquadric_starts(observed, axes, &fitted, expected);
-        fits.push(best_of(drawn_in(observed, starts, first)));
+        let mut found = best_of(drawn_in(observed, starts, first));
+        for _ in 0..ROUNDS_OF_ALIKE {
+            let others = found.iter().filter_map(|fit| match fit.primitive {
+                Primitive::Superquadric(s) => Some(alike(&s)),
+                _ => None,
+            });
+            let others = drawn_in(observed, others.flatten().collect(), first);
+            found = best_of(found.into_iter().chain(others).collect());
+        }
+        fits.push(found);
     }
     let least = fits
         .iter()
@@ -214,19 +232,18 @@ fn witness(observed: &Observed, sd_m: f64) -> Witness {
     }
 }
 
-/// Whether the most likely of the fits needs no further class beside it.
-fn explained(
+/// The best of all fits.
+fn most_likely<'a>(
     observed: &Observed,
-    fits: &[Vec<Matched>],
+    fits: &'a [Vec<Matched>],
     view: &Unit<Vector3<f64>>,
-    axes: &[Unit<Vector3<f64>>],
-) -> bool {
-    let scored = fits.iter().flatten();
-    let best = scored.min_by(|a, b| score(observed, a, view).total_cmp(&score(observed, b, view)));
-    best.is_some_and(|fit| {
-        unlikely(observed, &fit.primitive, view) == 0.0
-            && only_noise_is_left(observed, &fit.primitive, axes)
-    })
+) -> Option<&'a Primitive> {
+    let scored = fits
+        .iter()
+        .flatten()
+        .map(|fit| (score(observed, fit, view), fit));
+    let best = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(&best.1.primitive)
 }
 
 /// Standard deviation of the points about the surface by their median distance, and for the freedom

@@ -71,9 +71,9 @@ mod tests {
     #[test]
     fn a_tally_as_expected_costs_nothing_and_a_skewed_one_its_likelihood_ratio() {
         assert!(g_statistic(&[30.0, 70.0, 0.0], &[0.3, 0.7, 0.0], 100.0).abs() < 1e-9);
-        // scipy.stats.power_divergence([40, 60], [30, 70], lambda_="log-likelihood"): 4.5193
+        // scipy.stats.power_divergence([40, 60], [30, 70], lambda_="log-likelihood"): 4.5165
         let g = g_statistic(&[40.0, 60.0, 0.0], &[0.3, 0.7, 0.0], 100.0);
-        assert!((g - 4.519_3).abs() < 1e-3, "{g}");
+        assert!((g - 4.516_5).abs() < 1e-3, "{g}");
         assert!(g_statistic(&[0.0; 3], &[0.3, 0.7, 0.0], 100.0).abs() < 1e-12);
     }
 

@@ -9,27 +9,22 @@ use nalgebra::{Point3, Unit, Vector3};
 /// Cells per axis in which remains are averaged: three tell a slope and a bend.
 const CELLS: usize = 3;
 
-/// Whether the distances of the points from the surface look like noise: no greater than it is
-/// told to be, and of no sign in common within any region of the thing. `axes` are the moments'
-/// eigenvectors by falling eigenvalue; the regions lie along the first two.
-pub(super) fn only_noise_is_left(
+/// Whether the distances of the points from the surface are no greater than `sd_m` makes them.
+pub(super) fn within(observed: &Observed, primitive: &Primitive, sd_m: f64) -> bool {
+    let distances = distances(observed, primitive, sd_m);
+    let n = distances.len().max(1) as f64;
+    mean_square(&distances) <= 1.0 + UNEXPLAINED_SIGMAS * (2.0 / n).sqrt()
+}
+
+/// Whether the distances of the points from the surface have no sign in common within any region
+/// of the thing. `axes` are the moments' eigenvectors by falling eigenvalue; the regions lie along
+/// the first two.
+pub(super) fn without_pattern(
     observed: &Observed,
     primitive: &Primitive,
     axes: &[Unit<Vector3<f64>>],
 ) -> bool {
-    let distances: Vec<f64> = observed
-        .points
-        .iter()
-        .map(|p| {
-            let z = observed.distance_m(primitive, p) / observed.noise_m;
-            z.clamp(-OUTLIER_SIGMAS, OUTLIER_SIGMAS)
-        })
-        .collect();
-    let n = distances.len().max(1) as f64;
-    let square = distances.iter().map(|z| z * z).sum::<f64>() / n;
-    if square > 1.0 + UNEXPLAINED_SIGMAS * (2.0 / n).sqrt() {
-        return false;
-    }
+    let distances = distances(observed, primitive, observed.noise_m);
     let [first, second] = [0, 1].map(|k| thirds(&observed.points, &axes[k]));
     let (mut sums, mut counts) = ([0.0; CELLS * CELLS], [0.0; CELLS * CELLS]);
     for ((z, i), k) in distances.iter().zip(first).zip(second) {
@@ -37,13 +32,26 @@ pub(super) fn only_noise_is_left(
         counts[i * CELLS + k] += 1.0;
     }
     // Chi-square of the cells' means, in units of what the distances themselves scatter.
-    let cells = sums.iter().zip(&counts).filter(|(_, n)| **n > 0.0);
+    let square = mean_square(&distances).max(f64::MIN_POSITIVE);
     let (mut chi_2, mut degrees) = (0.0, 0.0);
-    for (sum, count) in cells {
-        chi_2 += sum * sum / (count * square.max(f64::MIN_POSITIVE));
+    for (sum, count) in sums.iter().zip(&counts).filter(|(_, n)| **n > 0.0) {
+        chi_2 += sum * sum / (count * square);
         degrees += 1.0;
     }
     chi_2 <= degrees + UNEXPLAINED_SIGMAS * f64::sqrt(2.0 * degrees)
+}
+
+/// Distances of all points in units of `sd_m`, cut off where an outlier's pull ends.
+fn distances(observed: &Observed, primitive: &Primitive, sd_m: f64) -> Vec<f64> {
+    let points = observed.points.iter();
+    let cut = |z: f64| z.clamp(-OUTLIER_SIGMAS, OUTLIER_SIGMAS);
+    points
+        .map(|p| cut(observed.distance_m(primitive, p) / sd_m))
+        .collect()
+}
+
+fn mean_square(distances: &[f64]) -> f64 {
+    distances.iter().map(|z| z * z).sum::<f64>() / distances.len().max(1) as f64
 }
 
 /// Which third of all points, by their place along `axis`, every point belongs to.
@@ -60,7 +68,7 @@ fn thirds(points: &[Point3<f64>], axis: &Unit<Vector3<f64>>) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::only_noise_is_left;
+    use super::{within, without_pattern};
     use crate::shape::matching::Observed;
     use crate::shape::primitive::{Cylinder, Primitive};
     use crate::shape::settings::{BeamDensity, SurfaceModel};
@@ -100,9 +108,11 @@ mod tests {
     #[test]
     fn noise_is_noise_and_a_bulge_below_it_is_seen() {
         let axes = [Vector3::z_axis(), Vector3::y_axis(), Vector3::x_axis()];
-        for (bulge_m, noise) in [(0.0, true), (0.008, false), (0.05, false)] {
+        for (bulge_m, noise) in [(0.0, true), (0.012, false), (0.05, false)] {
             let (observed, cylinder) = bar(bulge_m);
-            let told = only_noise_is_left(&observed, &cylinder, &axes);
+            let told = without_pattern(&observed, &cylinder, &axes);
+            assert_eq!(told, noise, "{bulge_m}");
+            let told = within(&observed, &cylinder, observed.noise_m);
             assert_eq!(told, noise, "{bulge_m}");
         }
     }

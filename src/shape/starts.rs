@@ -11,6 +11,7 @@ use super::ransac::estimate_normals;
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
 /// Boxes and cones worth fitting, grouped by class; `axes` are the moments' eigenvectors and
 /// `sd_m` is what a point may lie off its surface.
@@ -210,4 +211,38 @@ pub(super) fn superquadric_starts(
         }
     }
     best(observed, sd_m.max(0.1 * observed.scale_m), proposed)
+}
+
+/// The superquadrics that look much like this one: its dual, turned by 45 deg about z with e2 on the
+/// other side of round, and those with another axis as the equation's z. A fit ends in whichever
+/// lies nearer to its start, so all are tried (Liu et al. 2022, "Robust and accurate superquadric
+/// recovery: a probabilistic approach", section 3.4).
+pub(super) fn alike(found: &Superquadric) -> Vec<Primitive> {
+    let [a, b, c] = found.sides_m;
+    let [e1, e2] = found.exponents;
+    let frame = found.rotation.matrix();
+    let turned = |order: [usize; 3], exponents: [f64; 2]| Superquadric {
+        rotation: Rotation3::from_matrix_unchecked(Matrix3::from_columns(
+            &order.map(|k| frame.column(k).into_owned()),
+        )),
+        sides_m: order.map(|k| found.sides_m[k]),
+        exponents,
+        ..*found
+    };
+    // From a square of side 1 to the rhombus of the same outline, its axes are sqrt 2 long.
+    let square = e2.min(2.0 - e2).max(BOUNDS.exponent.least);
+    let longer = (1.0 - SQRT_2) * square + SQRT_2;
+    let side = (a * b).sqrt() * if e2 < 1.0 { longer } else { 1.0 / longer };
+    let dual = Superquadric {
+        rotation: found.rotation * Rotation3::from_axis_angle(&Vector3::z_axis(), FRAC_PI_4),
+        sides_m: [side, side, c],
+        exponents: [e1, BOUNDS.exponent.clamp(2.0 - e2)],
+        ..*found
+    };
+    let all = [
+        dual,
+        turned([1, 2, 0], [e2, e1]),
+        turned([2, 0, 1], [e2, e1]),
+    ];
+    all.map(Primitive::Superquadric).into()
 }
