@@ -129,8 +129,8 @@ pub(super) const MOST_LONELY_SHARE: f64 = 0.2;
 /// Classes whose moments cost this much more than another's (as -2 ln odds) are no candidates: the
 /// prior against the data would have to be e^40.
 pub(super) const RULED_OUT_COST: f64 = 80.0;
-/// Points from which on further classes are asked: four for every parameter of a box or more.
-pub(super) const LEAST_FURTHER_POINTS: usize = 40;
+/// Points from which on further classes are asked: four for every parameter of a box.
+pub(super) const LEAST_FURTHER_POINTS: usize = 36;
 /// Sets of points that propose a box or a cone: with three faces in sight one set in thirty lies
 /// as it should, so that some five of them do.
 pub(super) const START_TRIES: usize = 200;
@@ -156,6 +156,11 @@ pub(super) const UNEXPLAINED_SIGMAS: f64 = 2.0;
 /// incidence as much as they are noisy (protocols/scip2.md section 11: repeatability 2-12 mm, bounds 10 mm),
 /// and a superquadric would follow that.
 pub(super) const BIASED_NOISE: f64 = std::f64::consts::SQRT_2;
+/// Relative standard deviation of a standard deviation that is told by a median, times root n
+/// (efficiency .37 of 1 / root 2).
+pub(super) const MEDIAN_SCATTER: f64 = 1.17;
+/// Points through which a quadric is laid: three for each of its six coefficients.
+pub(super) const QUADRIC_NEIGHBOURS: usize = 18;
 /// A box thinner than this share of its second side is a board, told as plane.
 pub(super) const BOARD_SHARE: f64 = 0.0625;
 /// A box whose other faces together hold less than this share of the points is told apart from a

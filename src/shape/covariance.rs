@@ -2,14 +2,14 @@
 
 use super::constants::{
     BIASED_NOISE, BOARD_SHARE, LEAST_AXIS_VIEW_RAD, LEAST_BESIDE_SHARE, LEAST_FURTHER_POINTS,
-    LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE, MOST_FITTED_POINTS, MOST_JUDGED,
-    MOST_WITNESSES, PROMISING_COST, ROUGHNESS_SHARE, ROUNDS_OF_ALIKE, RULED_OUT_COST,
-    SAME_ANSWER_M, UNLIKELY_PENALTY,
+    LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE, MEDIAN_SCATTER, MOST_FITTED_POINTS,
+    MOST_JUDGED, MOST_WITNESSES, PROMISING_COST, ROUGHNESS_SHARE, ROUNDS_OF_ALIKE, RULED_OUT_COST,
+    SAME_ANSWER_M, UNEXPLAINED_SIGMAS, UNLIKELY_PENALTY,
 };
 use super::faces::{beside_first_face, tally_cost};
 use super::matching::{Matched, Observed, Witness, matched};
 use super::primitive::Primitive;
-use super::remains::{within, without_pattern};
+use super::remains::{noise_among_neighbours_m, within, without_pattern};
 use super::settings::{BeamDensity, ShapeSettings, SurfaceModel};
 use super::starts::{alike, edged_starts, superquadric_starts};
 use crate::mixture::Gaussian;
@@ -170,8 +170,11 @@ fn judged(
         let starts = edged_starts(observed, axes, expected);
         fits.extend(starts.map(|class| best_of(drawn_in(observed, class, first))));
     }
-    // A superquadric follows any pattern, and a laser's own bias is one.
-    let limit = BIASED_NOISE * expected;
+    // A superquadric follows any pattern, and a laser's own bias is one: it is asked where most points
+    // lie farther off than their neighbours' noise, or than noise and a bias of its size.
+    let scatter = MEDIAN_SCATTER / (observed.points.len() as f64).sqrt();
+    let own = noise_among_neighbours_m(&observed.points) * (1.0 + UNEXPLAINED_SIGMAS * scatter);
+    let limit = own.clamp(expected * (1.0 + scatter), BIASED_NOISE * expected);
     let explains = |primitive: &Primitive| typical_distance_m(observed, primitive) <= limit;
     if enough && !most_likely(observed, &fits, view).is_some_and(explains) {
         let fitted: Vec<Primitive> = fits.iter().flatten().map(|fit| fit.primitive).collect();

@@ -1,10 +1,10 @@
 //! What a fit leaves between its surface and the points: noise alone, or a sign that another class
 //! made them.
 
-use super::constants::{OUTLIER_SIGMAS, UNEXPLAINED_SIGMAS};
+use super::constants::{OUTLIER_SIGMAS, QUADRIC_NEIGHBOURS, UNEXPLAINED_SIGMAS};
 use super::matching::Observed;
 use super::primitive::Primitive;
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Matrix3, Matrix6, Point3, Unit, Vector3, Vector6};
 
 /// Cells per axis in which remains are averaged: three tell a slope and a bend.
 const CELLS: usize = 3;
@@ -41,6 +41,53 @@ pub(super) fn without_pattern(
     chi_2 <= degrees + UNEXPLAINED_SIGMAS * f64::sqrt(2.0 * degrees)
 }
 
+/// Noise of the points by their own neighbours, metres: what a quadric through the nearest
+/// `QUADRIC_NEIGHBOURS` of each leaves of them, in the median. It knows no class and no law, and so
+/// tells a noisy laser from a wrong class; edges and bends within a neighbourhood make it too great.
+/// Zero for fewer points.
+pub(super) fn noise_among_neighbours_m(points: &[Point3<f64>]) -> f64 {
+    let mut left: Vec<f64> = points
+        .iter()
+        .filter_map(|p| quadric_remains(points, p))
+        .collect();
+    left.sort_by(f64::total_cmp);
+    let median = left.get(left.len() / 2).copied().unwrap_or(0.0);
+    median.sqrt()
+}
+
+/// Variance of the nearest points of `p` about the quadric over their own plane.
+fn quadric_remains(points: &[Point3<f64>], p: &Point3<f64>) -> Option<f64> {
+    if points.len() < QUADRIC_NEIGHBOURS {
+        return None;
+    }
+    let mut near: Vec<Vector3<f64>> = points.iter().map(|q| q - p).collect();
+    near.select_nth_unstable_by(QUADRIC_NEIGHBOURS - 1, |a, b| {
+        a.norm_squared().total_cmp(&b.norm_squared())
+    });
+    near.truncate(QUADRIC_NEIGHBOURS);
+    let mean = near.iter().sum::<Vector3<f64>>() / near.len() as f64;
+    let spread: Matrix3<f64> = near
+        .iter()
+        .map(|d| (d - mean) * (d - mean).transpose())
+        .sum();
+    let eigen = spread.symmetric_eigen();
+    let flat = eigen.eigenvalues.imin();
+    let [i, k] = [(flat + 1) % 3, (flat + 2) % 3];
+    let unit = spread.trace().sqrt().max(f64::MIN_POSITIVE);
+    let (mut normal, mut right, mut square) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
+    for d in &near {
+        let local = eigen.eigenvectors.transpose() * (d - mean) / unit;
+        let (x, y, z) = (local[i], local[k], local[flat]);
+        let row = Vector6::new(1.0, x, y, x * x, x * y, y * y);
+        normal += row * row.transpose();
+        right += row * z;
+        square += z * z;
+    }
+    let solved = normal.cholesky()?.solve(&right);
+    let free = (QUADRIC_NEIGHBOURS - 6) as f64;
+    Some((square - solved.dot(&right)).max(0.0) / free * unit * unit)
+}
+
 /// Distances of all points in units of `sd_m`, cut off where an outlier's pull ends.
 fn distances(observed: &Observed, primitive: &Primitive, sd_m: f64) -> Vec<f64> {
     let points = observed.points.iter();
@@ -68,11 +115,14 @@ fn thirds(points: &[Point3<f64>], axis: &Unit<Vector3<f64>>) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::{within, without_pattern};
+    use super::{noise_among_neighbours_m, within, without_pattern};
     use crate::shape::matching::Observed;
-    use crate::shape::primitive::{Cylinder, Primitive};
+    use crate::shape::primitive::{Cylinder, Primitive, Sphere};
+    use crate::shape::scenes::look;
     use crate::shape::settings::{BeamDensity, SurfaceModel};
     use nalgebra::{Matrix3, Point3, Vector3};
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
 
     /// Points of an upright bar of radius 0.2 m seen from far, `bulge_m` wider half-way up and as
     /// much narrower at its ends, with alternating noise of 1 cm.
@@ -103,6 +153,24 @@ mod tests {
             length_m: 1.1,
         });
         (observed, cylinder)
+    }
+
+    #[test]
+    fn neighbours_tell_the_noise_of_a_ball() {
+        let ball = Primitive::Sphere(Sphere {
+            centre: Point3::new(3.0, 0.0, 0.0),
+            radius_m: 0.3,
+        });
+        for (points, sigma_m, from, to) in [
+            (150, 0.01, 0.008, 0.013),
+            (150, 0.03, 0.025, 0.036),
+            (600, 0.0, 0.0, 2e-3),
+        ] {
+            let mut rng = ChaCha8Rng::seed_from_u64(11);
+            let seen = look(&ball, &Point3::origin(), points, sigma_m, &mut rng);
+            let told = noise_among_neighbours_m(&seen);
+            assert!((from..to).contains(&told), "{sigma_m}: {told}");
+        }
     }
 
     #[test]
