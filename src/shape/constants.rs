@@ -141,6 +141,9 @@ pub(super) const STARTS_KEPT: usize = 3;
 pub(super) const START_SIGMAS: f64 = 4.0;
 /// Seed of the sets: a fixed choice, since they only begin fits.
 pub(super) const START_SEED: u64 = 7;
+/// Superquadrics farther from the points than this many times what a class may be are given up: those
+/// alike to them lie no nearer.
+pub(super) const HOPEFUL: f64 = 2.0;
 /// Times that those alike to the best superquadric are tried: two turns reach any other from any.
 pub(super) const ROUNDS_OF_ALIKE: usize = 2;
 /// Steps to a surface along a line: from a body's length away Newton halves the way at worst.
@@ -154,7 +157,8 @@ pub(super) const EDGE_QUANTILE: f64 = 0.02;
 pub(super) const UNEXPLAINED_SIGMAS: f64 = 2.0;
 /// Root 2: noise and a bias of its size together. Lasers of this kind are biased by colour and
 /// incidence as much as they are noisy (protocols/scip2.md section 11: repeatability 2-12 mm, bounds 10 mm),
-/// and a superquadric would follow that.
+/// and a superquadric would follow that. A further class that leaves more than this does not explain the
+/// points.
 pub(super) const BIASED_NOISE: f64 = std::f64::consts::SQRT_2;
 /// Relative standard deviation of a standard deviation that is told by a median, times root n
 /// (efficiency .37 of 1 / root 2).

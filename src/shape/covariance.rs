@@ -1,13 +1,14 @@
 //! Method B: which class's visible moments are the novelty's (Algorithm 2, one novelty at a time).
 
 use super::constants::{
-    BIASED_NOISE, BOARD_SHARE, LEAST_AXIS_VIEW_RAD, LEAST_BESIDE_SHARE, LEAST_FURTHER_POINTS,
-    LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE, MEDIAN_SCATTER, MOST_FITTED_POINTS,
-    MOST_JUDGED, MOST_WITNESSES, PROMISING_COST, ROUGHNESS_SHARE, ROUNDS_OF_ALIKE, RULED_OUT_COST,
-    SAME_ANSWER_M, UNEXPLAINED_SIGMAS, UNLIKELY_PENALTY,
+    BIASED_NOISE, BOARD_SHARE, HOPEFUL, LEAST_AXIS_VIEW_RAD, LEAST_BESIDE_SHARE,
+    LEAST_FURTHER_POINTS, LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE, MEDIAN_SCATTER,
+    MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES, PROMISING_COST, ROUGHNESS_SHARE,
+    ROUNDS_OF_ALIKE, RULED_OUT_COST, SAME_ANSWER_M, UNLIKELY_PENALTY,
 };
 use super::faces::{beside_first_face, tally_cost};
 use super::matching::{Matched, Observed, Witness, matched};
+use super::model::Class;
 use super::primitive::Primitive;
 use super::remains::{noise_among_neighbours_m, within, without_pattern};
 use super::settings::{BeamDensity, ShapeSettings, SurfaceModel};
@@ -173,22 +174,30 @@ fn judged(
     // A superquadric follows any pattern, and a laser's own bias is one: it is asked where most points
     // lie farther off than their neighbours' noise, or than noise and a bias of its size.
     let scatter = MEDIAN_SCATTER / (observed.points.len() as f64).sqrt();
-    let own = noise_among_neighbours_m(&observed.points) * (1.0 + UNEXPLAINED_SIGMAS * scatter);
-    let limit = own.clamp(expected * (1.0 + scatter), BIASED_NOISE * expected);
+    let own = noise_among_neighbours_m(&observed.points);
+    let limit = (own.max(expected) * (1.0 + scatter)).min(BIASED_NOISE * expected);
     let explains = |primitive: &Primitive| typical_distance_m(observed, primitive) <= limit;
+    let near = |primitive: &Primitive, times: f64| {
+        typical_distance_m(observed, primitive) <= times * BIASED_NOISE * expected
+    };
     if enough && !most_likely(observed, &fits, view).is_some_and(explains) {
         let fitted: Vec<Primitive> = fits.iter().flatten().map(|fit| fit.primitive).collect();
         let starts = superquadric_starts(observed, axes, &fitted, expected);
         let mut found = best_of(drawn_in(observed, starts, first));
         for _ in 0..ROUNDS_OF_ALIKE {
             let others = found.iter().filter_map(|fit| match fit.primitive {
-                Primitive::Superquadric(s) => Some(alike(&s)),
+                Primitive::Superquadric(s) if near(&fit.primitive, HOPEFUL) => Some(alike(&s)),
                 _ => None,
             });
             let others = drawn_in(observed, others.flatten().collect(), first);
             found = best_of(found.into_iter().chain(others).collect());
         }
         fits.push(found);
+    }
+    // What no class explains (a person) is no box either, only because that came closest.
+    let simple = [Class::Sphere, Class::Cylinder, Class::Plane];
+    for class in &mut fits {
+        class.retain(|fit| simple.contains(&fit.primitive.class()) || near(&fit.primitive, 1.0));
     }
     let least = fits
         .iter()

@@ -1,10 +1,13 @@
 //! Rates over many simulated looks.
 
+use super::primitive::Primitive;
 use super::scenes::{look, thing};
 use super::{Class, ShapeSettings, retrieve};
 use crate::geometry::NoiseLaw;
 use crate::mixture::Mixture;
 use nalgebra::Point3;
+use std::collections::BTreeMap;
+use std::ops::Range;
 
 struct Rates {
     right: f64,
@@ -19,19 +22,23 @@ struct Rates {
     /// Median relative error of the sizes.
     median: f64,
     /// What was told instead, and how often.
-    told: std::collections::BTreeMap<String, usize>,
+    told: BTreeMap<String, usize>,
 }
 
 fn rates(class: usize, points: usize, sigma_m: f64, settings: &ShapeSettings) -> Rates {
-    rates_told(class, points, sigma_m, sigma_m, settings)
+    rates_told(class, points, sigma_m, sigma_m, 0..100, settings)
 }
 
-/// As `rates`, with another noise told than there is.
+/// Seeds that were not looked at while the constants were chosen.
+const HELD_OUT: Range<u64> = 7000..7100;
+
+/// As `rates`, with another noise told than there is, and these seeds.
 fn rates_told(
     class: usize,
     points: usize,
     sigma_m: f64,
     told_m: f64,
+    seeds: Range<u64>,
     settings: &ShapeSettings,
 ) -> Rates {
     let sensor = Point3::origin();
@@ -43,12 +50,13 @@ fn rates_told(
         ..settings.clone()
     };
     let (mut right, mut wrong, mut z, mut numbers, mut covered) = (0, 0, 0.0, 0, 0);
-    let mut squares = [0.0; 3];
+    let (mut squares, mut flat) = ([0.0; 3], 0);
     let mut relative = Vec::new();
-    let mut told = std::collections::BTreeMap::new();
-    for seed in 0..100 {
+    let mut told: BTreeMap<String, usize> = BTreeMap::new();
+    let (first, all) = (seeds.start, (seeds.end - seeds.start) as usize);
+    for seed in seeds {
         let (truth, mut rng) = thing(class, seed);
-        let wanted = points + (seed as usize * points / 100);
+        let wanted = points + ((seed - first) as usize * points / all);
         // Grids do not give an exact number: look closer until there are enough points.
         let mut closer = 0;
         let seen = loop {
@@ -61,7 +69,11 @@ fn rates_told(
         let answer = retrieve(&seen, &Mixture::default(), &sensor, &settings, seed)
             .unwrap_or_else(|e| panic!("{e} {truth:?} {}", seen.len()))
             .best;
-        if answer.class == truth.class() {
+        // A box of which one face is in sight looks like a plane to everyone.
+        if answer.class == Class::Plane && in_sight(&truth, &seen, &sensor) == 1 && class == 3 {
+            right += 1;
+            flat += 1;
+        } else if answer.class == truth.class() {
             right += 1;
             let order = |size_m: [f64; 3]| {
                 let mut order = [0, 1, 2];
@@ -82,45 +94,26 @@ fn rates_told(
                     relative.push(error.abs() / true_m[k]);
                     let in_sds = error.abs() / told_sd[k].max(1e-12);
                     z += in_sds * in_sds;
-                    if in_sds > 4.0 && std::env::var("SHOW").is_ok() {
-                        eprintln!(
-                            "far seed {seed} {} pts k{k} {truth:?}\n   -> {:.3?} sd {:.3?} {:.2?} res {:.4} p {:.2}",
-                            seen.len(),
-                            answer.size_m,
-                            answer.size_sd_m,
-                            answer.exponents,
-                            answer.residual_m,
-                            answer.probability
-                        );
-                    }
                     covered += u32::from(in_sds < 1.96);
                     numbers += 1;
                 }
             }
         } else {
-            if std::env::var("SHOW").is_ok() {
-                eprintln!(
-                    "seed {seed} {} pts {truth:?}\n   -> {:?} p {:.2} {:?} size {:.3?} res {:.4}",
-                    seen.len(),
-                    answer.class,
-                    answer.probability,
-                    answer.alternatives,
-                    answer.size_m,
-                    answer.residual_m
-                );
-            }
             *told.entry(format!("{:?}", answer.class)).or_default() += 1;
             wrong += u32::from(answer.class != Class::Ambiguous);
         }
     }
     relative.sort_by(f64::total_cmp);
+    if flat > 0 {
+        eprintln!("{flat} of the boxes show one face and are told as planes");
+    }
     let numbers = f64::from(numbers).max(1.0);
     Rates {
-        right: f64::from(right) / 100.0,
-        wrong: f64::from(wrong) / 100.0,
-        ambiguous: f64::from(100 - right - wrong) / 100.0,
+        right: f64::from(right) / all as f64,
+        wrong: f64::from(wrong) / all as f64,
+        ambiguous: 1.0 - f64::from(right + wrong) / all as f64,
         size_sd_cm: 100.0 * (squares.iter().sum::<f64>() / numbers).sqrt(),
-        sizes_cm: squares.map(|s| 100.0 * (s / f64::from(right).max(1.0)).sqrt()),
+        sizes_cm: squares.map(|s| 100.0 * (s / f64::from(right - flat).max(1.0)).sqrt()),
         z_rms: (z / numbers).sqrt(),
         covered: f64::from(covered) / numbers,
         median: relative
@@ -129,6 +122,31 @@ fn rates_told(
             .unwrap_or(f64::NAN),
         told,
     }
+}
+
+/// Faces of `truth` that hold at least one point in twenty of what was seen.
+fn in_sight(truth: &Primitive, seen: &[Point3<f64>], sensor: &Point3<f64>) -> usize {
+    let mut on = [0; 3];
+    for p in seen {
+        on[truth.seen_face(p, sensor)] += 1;
+    }
+    on.iter().filter(|n| **n * 20 >= seen.len()).count()
+}
+
+fn show(points: usize, sigma_m: f64, name: &str, r: &Rates) {
+    eprintln!(
+        "{points}-{} points, sigma {sigma_m} m, {name}: right {:.2} wrong {:.2} ambiguous {:.2} size sd {:.2} cm {:.2?} median {:.3}, {:.2} of the stated, {:.2} covered, else {:?}",
+        2 * points,
+        r.right,
+        r.wrong,
+        r.ambiguous,
+        r.size_sd_cm,
+        r.sizes_cm,
+        r.median,
+        r.z_rms,
+        r.covered,
+        r.told
+    );
 }
 
 /// Runs every class and asserts a floor of right and a ceiling of wrong answers and of the size's
@@ -143,17 +161,7 @@ fn expect(
 ) {
     for (class, name) in ["sphere", "cylinder", "plane"].iter().enumerate() {
         let r = rates(class, points, sigma_m, settings);
-        eprintln!(
-            "{points}-{} points, sigma {sigma_m} m, {name}: right {:.2} wrong {:.2} ambiguous {:.2} size sd {:.2} cm {:.2?}, {:.2} of the stated, {:.2} covered",
-            2 * points,
-            r.right,
-            r.wrong,
-            r.ambiguous,
-            r.size_sd_cm,
-            r.sizes_cm,
-            r.z_rms,
-            r.covered
-        );
+        show(points, sigma_m, name, &r);
         assert!(r.right >= right[class], "{name}: right {:.2}", r.right);
         assert!(r.wrong <= wrong, "{name}: wrong {:.2}", r.wrong);
         assert!(
@@ -192,71 +200,35 @@ fn moments_alone_do_nearly_as_well_at_the_papers_noise() {
     expect(60, 0.032, &s, [0.95, 0.90, 0.90], 0.08, [4.0, 6.0, 6.0]);
 }
 
+/// Sphere, cylinder and plane where the noise is told too small, so that every further class is
+/// asked and could be preferred.
 #[test]
-fn open_gate_table() {
-    for (points, sigma) in [
-        (60, 0.005),
-        (60, 0.01),
-        (400, 0.01),
-        (60, 0.032),
-        (15, 0.032),
-    ] {
+fn simple_things_stay_simple_where_all_classes_are_asked() {
+    for (points, sigma_m) in [(60, 0.005), (60, 0.01), (400, 0.01)] {
         for (class, name) in [(0, "sphere"), (1, "cylinder"), (2, "plane")] {
-            let t = std::time::Instant::now();
-            let r = rates_told(
-                class,
-                points,
-                sigma,
-                if std::env::var("OPENGATE").is_ok() {
-                    1.0
-                } else {
-                    0.6
-                } * sigma,
-                &ShapeSettings::default(),
-            );
-            eprintln!(
-                "OPEN {points}-{} points, sigma {sigma} m, {name}: right {:.2} wrong {:.2} ambiguous {:.2} size sd {:.2} cm {:.2?}, median {:.3} {:.2} of the stated, {:.2} covered told {:?} {:?}",
-                2 * points,
-                r.right,
-                r.wrong,
-                r.ambiguous,
-                r.size_sd_cm,
-                r.sizes_cm,
-                r.median,
-                r.z_rms,
-                r.covered,
-                r.told,
-                t.elapsed()
-            );
+            let settings = ShapeSettings::default();
+            let r = rates_told(class, points, sigma_m, 0.6 * sigma_m, HELD_OUT, &settings);
+            show(points, sigma_m, name, &r);
+            assert!(r.right >= 0.93, "{name}: right {:.2}", r.right);
+            assert!(r.wrong <= 0.04, "{name}: wrong {:.2}", r.wrong);
         }
     }
 }
 
-/// A table of what is told of further classes; not an assertion yet.
+/// Boxes (of one, two or three faces in sight), cones and superquadrics of 60-800 points.
 #[test]
-fn further_classes_table() {
-    let s = ShapeSettings::default();
-    for (points, sigma) in [(60, 0.005), (60, 0.01), (400, 0.01)] {
+fn further_classes_are_told() {
+    let settings = ShapeSettings::default();
+    for (points, sigma_m) in [(60, 0.005), (60, 0.01), (400, 0.01)] {
         for (class, name) in [(3, "box"), (4, "cone"), (5, "superquadric")] {
-            if std::env::var("ONLY").is_ok_and(|o| o != name) {
-                continue;
-            }
-            let t = std::time::Instant::now();
-            let r = rates(class, points, sigma, &s);
-            eprintln!(
-                "{points}-{} points, sigma {sigma} m, {name}: right {:.2} wrong {:.2} ambiguous {:.2} size sd {:.2} cm {:.2?}, median {:.3} {:.2} of the stated, {:.2} covered told {:?} {:?}",
-                2 * points,
-                r.right,
-                r.wrong,
-                r.ambiguous,
-                r.size_sd_cm,
-                r.sizes_cm,
-                r.median,
-                r.z_rms,
-                r.covered,
-                r.told,
-                t.elapsed()
-            );
+            // Superquadrics cost as much as all others together; fewer of them do.
+            let seeds = if class == 5 { 7000..7060 } else { HELD_OUT };
+            let r = rates_told(class, points, sigma_m, sigma_m, seeds, &settings);
+            show(points, sigma_m, name, &r);
+            let definite = r.right / (r.right + r.wrong);
+            assert!(definite >= 0.90, "{name}: right {definite:.2}");
+            assert!(r.median <= 0.05, "{name}: median error {:.3}", r.median);
+            assert!(r.covered >= 0.85, "{name}: covered {:.2}", r.covered);
         }
     }
 }
