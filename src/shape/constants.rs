@@ -119,6 +119,9 @@ pub(super) const UNLIKELY_PENALTY: f64 = 10.0;
 /// Fits of one class whose moments cost this much more than its best (as -2 ln odds) are given up
 /// before the points are asked.
 pub(super) const PROMISING_COST: f64 = 40.0;
+/// Share of the points next to a surface from which on it is the thing's: a segmented thing holds a
+/// few per cent of others, and as many lie beyond three standard deviations of rough ones.
+pub(super) const LEAST_NEAR_SHARE: f64 = 0.8;
 /// Neighbours that a point of a thing has within `LONELY_SPACINGS`; clusters of no more are strays.
 pub(super) const LONELY_COMPANY: usize = 3;
 /// See `LONELY_COMPANY`; in distances to the sixth neighbour, within which the third lies at some

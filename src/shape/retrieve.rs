@@ -1,6 +1,8 @@
 //! The front door: both methods on one novelty, and the choice between them.
 
-use super::constants::{LEAST_NOISE_M, LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SHARE};
+use super::constants::{
+    LEAST_NEAR_SHARE, LEAST_NOISE_M, LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SHARE,
+};
 use super::covariance::{Candidate, candidates, shown};
 use super::euclidean::{by_consensus, primitives};
 use super::lengths::{Look, measured};
@@ -177,12 +179,14 @@ fn told(
         .filter(|p| best.primitive.visible_distance_m(p, sensor).abs() < near_m)
         .copied()
         .collect();
+    // A thing that is not quite of its class (a person) ends where all its points do.
+    let own = near.len() as f64 >= LEAST_NEAR_SHARE * points.len() as f64;
     let best = if settings.points_judge {
         let (surface, density) = shown(points, sensor, settings);
         measured(
             best,
             &Look {
-                near: &near,
+                near: if own { &near } else { points },
                 noise_m,
                 independent_share: settings.independent_share,
                 sensor,
