@@ -21,7 +21,7 @@ pub(super) fn push_version(out: &mut Vec<u8>, profile: &Profile) {
     let mut lines = Lines { out, profile };
     lines.push("VEND", profile.vendor);
     lines.push("PROD", profile.product);
-    lines.push("FIRM", profile.firmware);
+    lines.push("FIRM", &profile.firmware);
     lines.push("PROT", profile.protocol);
     lines.push("SERI", &profile.serial);
 }

@@ -6,7 +6,7 @@
 //! it should come back ([`Twin::next_event`]). What the head sees comes from the caller's [`Surroundings`], which are
 //! asked for a revolution only when somebody is waiting for one.
 //!
-//! Walk through: [`options`](TwinOptions) say which sensor and in what state, `request` cuts bytes into requests,
+//! Walk through: [`options`](TwinOptions) say which sensor and in what state ([`option_text`]: as text), `request` cuts bytes into requests,
 //! `commands`, `measuring` and `settings` answer them, `scanning` turns revolutions into replies, `output` paces them over the link, `fault` spoils
 //! them, `engine` decides what happens next.
 
@@ -18,6 +18,7 @@ mod identity;
 mod measuring;
 mod motor;
 mod noise;
+pub mod option_text;
 mod options;
 mod output;
 mod profile;
@@ -35,6 +36,7 @@ mod tests;
 
 pub use engine::Twin;
 pub use fault::{Fault, FaultParseError, FaultSpec};
+pub use option_text::OptionError;
 pub use options::{Link, StartState, TwinOptions};
 pub use output::Output;
 pub use profile::{Generation, KeyedSum, Profile, Scip1Lines};

@@ -25,7 +25,7 @@ pub struct Profile {
     /// `PROD` of `VV`.
     pub product: &'static str,
     /// `FIRM` of `VV`.
-    pub firmware: &'static str,
+    pub firmware: String,
     /// `SERI` of `VV`.
     pub serial: String,
     /// `FIRM`, `PROT` and `STAT` lines of the SCIP1.1 `V` reply; `None` for a sensor that wakes in SCIP2.0 and knows no other.
@@ -100,7 +100,7 @@ impl Profile {
             vendor: "Hokuyo Automatic Co.,Ltd.",
             model: "URG-04LX(Hokuyo Automatic Co.,Ltd.)",
             product: "SOKUIKI Sensor URG-04LX",
-            firmware: "3.1.04(02/Aug./2007)",
+            firmware: "3.1.04(02/Aug./2007)".to_owned(),
             serial: "H0706400".to_owned(),
             scip1: Some(Scip1Lines {
                 firmware: "FIRM:3.1.04,07/08/02(20-4095[mm],240[deg],44-725[step],600[rpm])",
@@ -129,7 +129,7 @@ impl Profile {
         Self {
             model: "URG-04LX-UG01(Simple-URG)(Hokuyo Automatic Co.,Ltd.)",
             product: "SOKUIKI Sensor URG-04LX-UG01(Simple-URG)",
-            firmware: "3.4.03(17/Dec./2012)",
+            firmware: "3.4.03(17/Dec./2012)".to_owned(),
             serial: "H1510998".to_owned(),
             scip1: None,
             usb_only_text: Some("USB Full Speed"),
@@ -146,7 +146,7 @@ impl Profile {
             generation: Generation::Top,
             model: "UTM-30LX(Hokuyo Automatic Co.,Ltd.)",
             product: "SOKUIKI Sensor TOP-URG UTM-30LX",
-            firmware: "P.1.05(01/Apr./2008)",
+            firmware: "P.1.05(01/Apr./2008)".to_owned(),
             serial: "H0800001".to_owned(),
             scip1: None,
             min_range_mm: 23,
@@ -170,7 +170,7 @@ impl Profile {
             vendor: "Hokuyo Automatic Co., Ltd.",
             model: "UST-20LX",
             product: "UST-20LX",
-            firmware: "1.1.0 (2011-09-30)",
+            firmware: "1.1.0 (2011-09-30)".to_owned(),
             serial: "H1400001".to_owned(),
             protocol: "SCIP 2.2",
             usb_only_text: Some("Ethernet 100 [Mbps]"),
