@@ -24,7 +24,7 @@ impl Twin {
     pub(super) fn next_change(&self) -> Option<Instant> {
         let cpu = match &self.cpu {
             Cpu::Executing { due, .. } | Cpu::Recomputing { due, .. } => Some(*due),
-            Cpu::Off { until } => Some(*until),
+            Cpu::Off { until } => Some(*until).filter(|until| *until != Instant::MAX),
             Cpu::Resetting(reset) => reset.deadline(),
             Cpu::Ready | Cpu::Awaiting => None,
         };
@@ -211,7 +211,7 @@ impl Twin {
     fn suffer(&mut self, strike: Strike) {
         match strike {
             Strike::Lose(axis, steps) => self.axes[axis.index()].lose(self.now, steps),
-            Strike::PowerCycle(until) => self.power_off(until),
+            Strike::PowerCycle(until) => self.go_dark(until),
             // A unit without power neither speaks nor changes its mind.
             _ if matches!(self.cpu, Cpu::Off { .. }) => {}
             Strike::Event(letter) => self.emit(format!("!{letter}").as_bytes()),
@@ -244,7 +244,8 @@ impl Twin {
         }
     }
 
-    pub(super) fn power_off(&mut self, until: Instant) {
+    /// Without power until the instant.
+    pub(super) fn go_dark(&mut self, until: Instant) {
         for axis in &mut self.axes {
             axis.stop_at_once(self.now);
         }

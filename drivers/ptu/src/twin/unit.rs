@@ -224,7 +224,13 @@ impl Twin {
     /// Switches the unit off and on: volatile settings and the position are lost, the head stays where it is.
     pub fn power_cycle(&mut self, now: Instant) {
         self.advance(now);
-        self.power_off(self.now);
+        self.go_dark(self.now);
+    }
+
+    /// Takes the power away until the next [`Twin::power_cycle`].
+    pub fn power_off(&mut self, now: Instant) {
+        self.advance(now);
+        self.go_dark(Instant::MAX);
     }
 
     /// Adds a fault; an instant that has passed means now.

@@ -136,6 +136,13 @@ pub enum FaultKind {
     WrongBaud,
 }
 
+impl FaultKind {
+    /// Every kind as text, in the order of the documentation.
+    pub fn kinds() -> impl Iterator<Item = &'static str> {
+        KINDS.split(", ")
+    }
+}
+
 /// One fault and when it strikes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaultSpec {
