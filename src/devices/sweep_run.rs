@@ -223,7 +223,8 @@ impl SweepRun {
             | E::Recovered { timer_reset: false }
             | E::VerifiedNormal
             | E::Streaming
-            | E::Info(_) => {}
+            | E::Info(_)
+            | E::Applied(_) => {}
         }
     }
 
