@@ -283,6 +283,11 @@ impl SweepRun {
             | E::MoveAccepted { .. }
             | E::HomeDone { .. }
             | E::Health(_)
+            | E::Speed { .. }
+            | E::Target { .. }
+            | E::HoldPowerSet { .. }
+            | E::MovePowerSet { .. }
+            | E::AxisHalted(_)
             | E::HoldPowerLow => {}
         }
     }
