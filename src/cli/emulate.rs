@@ -35,9 +35,15 @@ pub struct EmulateArgs {
     /// The laser listens on this address instead (HOST:PORT; port 0 takes a free one)
     #[arg(long, value_name = "ADDR", conflicts_with = "laser")]
     laser_tcp: Option<SocketAddr>,
-    /// Which laser: urg-04lx or urg-04lx-ug01
+    /// Which laser: urg-04lx, urg-04lx-ug01, utm-30lx or ust-20lx
     #[arg(long, value_name = "NAME", default_value = "urg-04lx", value_parser = profile)]
     laser_profile: Profile,
+    /// An option of the emulated laser: start=streaming, link=19200, timer=16770, serial=H0001 ...
+    #[arg(long = "laser-option", value_name = "KEY=VALUE")]
+    laser_options: Vec<String>,
+    /// An option of the emulated pan-tilt: model=d46-70, velocity=on, baud=19200, line-end=cr, pan=-500 ...
+    #[arg(long = "ptu-option", value_name = "KEY=VALUE")]
+    ptu_options: Vec<String>,
     /// Seconds of the devices per second of the wall
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = scale)]
     time_scale: f64,
@@ -50,11 +56,7 @@ pub struct EmulateArgs {
 }
 
 fn profile(name: &str) -> Result<Profile, String> {
-    match name {
-        "urg-04lx" => Ok(Profile::urg_04lx()),
-        "urg-04lx-ug01" => Ok(Profile::urg_04lx_ug01()),
-        _ => Err("expected urg-04lx or urg-04lx-ug01".to_owned()),
-    }
+    Profile::by_name(name).ok_or_else(|| format!("expected one of {}", Profile::NAMES.join(", ")))
 }
 
 /// Seconds of the devices per second of the wall, as a command takes it.
@@ -103,7 +105,15 @@ fn start(args: &EmulateArgs) -> Result<Emulator, Failure> {
     let scene = scenes::load(&args.scene)?;
     let clock = Clock::scaled(args.time_scale);
     let mut options = EmulationOptions::seeded(args.seed);
-    options.laser.profile = args.laser_profile.clone();
+    options.laser.set_profile(args.laser_profile.clone());
+    for option in &args.laser_options {
+        let taken = options.laser.set(option);
+        taken.map_err(|error| Failure::Usage(format!("--laser-option: {error}")))?;
+    }
+    for option in &args.ptu_options {
+        let taken = options.head.set(option);
+        taken.map_err(|error| Failure::Usage(format!("--ptu-option: {error}")))?;
+    }
     options.mount = default_mount();
     let mut emulation = Emulation::new(options, scene.world, scene.map_from_base, clock.now());
     for fault in faults {

@@ -5,8 +5,10 @@
 
 use super::constants::EMULATION_PIECE;
 use super::emulated_fault::EmulatedFault;
-use crate::world::{Lookaround, MountGeometry, NoiseOptions, Robot, Stand, World};
+use super::emulated_plug::{Plug, PlugEvent};
+use crate::world::{BeamFan, Lookaround, MountGeometry, NoiseOptions, Robot, Stand, World};
 use scip::twin::Surroundings;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -47,6 +49,8 @@ impl EmulationOptions {
 pub struct Emulation {
     laser: scip::twin::Twin,
     head: ptu::twin::Twin,
+    laser_plug: Plug,
+    head_plug: Plug,
     around: Lookaround,
     now: Duration,
 }
@@ -59,16 +63,30 @@ impl Emulation {
         map_from_base: crate::geometry::Pose,
         now: Duration,
     ) -> Self {
+        let profile = &options.laser.profile;
+        let fan = BeamFan {
+            steps_per_turn: profile.steps_per_revolution,
+            front_step: profile.front_step,
+            first_step: profile.first_step,
+            last_step: profile.last_step,
+        };
+        let noise = NoiseOptions {
+            reach_mm: [profile.min_range_mm, profile.max_range_mm].map(f64::from),
+            ..options.noise
+        };
         Self {
             laser: scip::twin::Twin::new(options.laser, now),
             head: ptu::twin::Twin::new(options.head, now),
+            laser_plug: Plug::default(),
+            head_plug: Plug::default(),
             around: Lookaround {
                 world,
                 robot: Robot {
                     pose: map_from_base,
                     mount: options.mount,
                 },
-                noise: options.noise,
+                fan,
+                noise,
             },
             now,
         }
@@ -77,13 +95,17 @@ impl Emulation {
     /// Bytes for the laser.
     pub fn handle_laser_bytes(&mut self, bytes: &[u8], now: Duration) {
         self.advance(now);
-        self.laser.handle_bytes(bytes, self.now);
+        if self.laser_plug.is_in() {
+            self.laser.handle_bytes(bytes, self.now);
+        }
     }
 
     /// Bytes for the head.
     pub fn handle_head_bytes(&mut self, bytes: &[u8], now: Duration) {
         self.advance(now);
-        self.head.handle_bytes(bytes, self.now);
+        if self.head_plug.is_in() {
+            self.head.handle_bytes(bytes, self.now);
+        }
     }
 
     /// Lets time pass. Long spans go in pieces, so that the head's memory always covers the laser's last turns.
@@ -97,10 +119,54 @@ impl Emulation {
                 head: &self.head,
             };
             self.laser.advance(self.now, &mut view);
+            self.move_plugs();
             if self.now == now {
                 return;
             }
         }
+    }
+
+    /// Lets the plugs be pulled and put in. What a device says to nobody is lost.
+    fn move_plugs(&mut self) {
+        while let Some(event) = self.laser_plug.happen(self.now) {
+            let restarts = event == PlugEvent::PutIn { power_back: true };
+            if restarts || event == (PlugEvent::Pulled { power_lost: true }) {
+                self.laser.power_cycle(self.now);
+            }
+        }
+        while let Some(event) = self.head_plug.happen(self.now) {
+            match event {
+                PlugEvent::Pulled { power_lost: true } => self.head.power_off(self.now),
+                PlugEvent::PutIn { power_back: true } => self.head.power_cycle(self.now),
+                _ => {}
+            }
+        }
+        if !self.laser_plug.is_in() {
+            while self.laser.poll_output().is_some() {}
+        }
+        if !self.head_plug.is_in() {
+            while self.head.poll_output().is_some() {}
+        }
+    }
+
+    /// Whether the laser's port is there.
+    pub fn laser_plugged_in(&self) -> bool {
+        self.laser_plug.is_in()
+    }
+
+    /// Whether the head's port is there.
+    pub fn head_plugged_in(&self) -> bool {
+        self.head_plug.is_in()
+    }
+
+    /// The link under which the laser came back, if it was another.
+    pub fn laser_link(&self) -> Option<&Path> {
+        self.laser_plug.link()
+    }
+
+    /// The link under which the head came back, if it was another.
+    pub fn head_link(&self) -> Option<&Path> {
+        self.head_plug.link()
     }
 
     /// What has come from the laser: when, and the bytes.
@@ -115,12 +181,12 @@ impl Emulation {
 
     /// When the laser has something next.
     pub fn next_laser_event(&self) -> Option<Duration> {
-        self.laser.next_event()
+        earlier(self.laser.next_event(), self.laser_plug.next_event())
     }
 
     /// When the head has something next.
     pub fn next_head_event(&self) -> Option<Duration> {
-        self.head.next_event()
+        earlier(self.head.next_event(), self.head_plug.next_event())
     }
 
     /// The latest instant it was told of.
@@ -138,11 +204,13 @@ impl Emulation {
         self.around.world = world;
     }
 
-    /// Sets a fault.
+    /// Sets a fault; its time counts from now.
     pub fn inject(&mut self, fault: EmulatedFault) {
-        match fault {
+        match fault.given_at(self.now) {
             EmulatedFault::Laser(spec) => self.laser.inject(spec),
             EmulatedFault::Head(spec) => self.head.inject(spec),
+            EmulatedFault::LaserUnplugged(unplug) => self.laser_plug.add(unplug),
+            EmulatedFault::HeadUnplugged(unplug) => self.head_plug.add(unplug),
         }
     }
 
@@ -160,6 +228,10 @@ impl Emulation {
     pub fn attitude_rad(&self) -> (f64, f64) {
         attitude_at(&self.head, self.now)
     }
+}
+
+fn earlier(a: Option<Duration>, b: Option<Duration>) -> Option<Duration> {
+    [a, b].into_iter().flatten().min()
 }
 
 fn attitude_at(head: &ptu::twin::Twin, at: Duration) -> (f64, f64) {

@@ -5,10 +5,10 @@ use super::clock::Clock;
 use super::constants::EMULATOR_LOOK;
 use super::emulated_fault::EmulatedFault;
 use super::emulation::Emulation;
+use super::emulator_end::{End, Socket, terminal};
 use crate::world::{Stand, World};
-use link::{LinkError, PseudoTerminal};
-use std::io::{ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpListener, TcpStream};
+use link::LinkError;
+use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -184,6 +184,7 @@ type Arrival = (Duration, Vec<u8>);
 
 /// Which half of the emulation a thread serves.
 struct Side {
+    plug: fn(&Emulation) -> (bool, Option<&Path>),
     handle: fn(&mut Emulation, &[u8], Duration),
     poll: fn(&mut Emulation) -> Option<Arrival>,
     next: fn(&Emulation) -> Option<Duration>,
@@ -191,25 +192,17 @@ struct Side {
 
 impl Side {
     const LASER: Self = Self {
+        plug: |emulation| (emulation.laser_plugged_in(), emulation.laser_link()),
         handle: Emulation::handle_laser_bytes,
         poll: Emulation::poll_laser,
         next: Emulation::next_laser_event,
     };
     const HEAD: Self = Self {
+        plug: |emulation| (emulation.head_plugged_in(), emulation.head_link()),
         handle: Emulation::handle_head_bytes,
         poll: Emulation::poll_head,
         next: Emulation::next_head_event,
     };
-}
-
-/// The device's end of a line.
-trait End: Send {
-    /// Waits for bytes of the client, at most so long.
-    fn wait(&mut self, timeout: Duration) -> Result<(), LinkError>;
-    /// What has come; 0 is nothing.
-    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, LinkError>;
-    /// Sends; what nobody takes is lost.
-    fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError>;
 }
 
 fn serve(shared: &Shared, mut end: Box<dyn End>, side: &Side) {
@@ -235,6 +228,13 @@ fn serve(shared: &Shared, mut end: Box<dyn End>, side: &Side) {
             out.extend(bytes);
         }
         due = (side.next)(&emulation).unwrap_or(Duration::MAX);
+        let (plugged_in, link) = (side.plug)(&emulation);
+        match (plugged_in, end.is_plugged_in()) {
+            (false, true) => end.hang_up(),
+            // Where it cannot come back (its name is taken), it tries again at the next look.
+            (true, false) => drop(end.plug_in(link)),
+            _ => {}
+        }
         drop(emulation);
         if !out.is_empty() {
             // As above.
@@ -243,106 +243,5 @@ fn serve(shared: &Shared, mut end: Box<dyn End>, side: &Side) {
         if let Some(late) = late {
             locked(&shared.lag).note(late);
         }
-    }
-}
-
-fn terminal(link: Option<&Path>) -> Result<(Box<dyn End>, String), EmulatorError> {
-    let terminal = PseudoTerminal::open(link)?;
-    let port = link.unwrap_or(terminal.slave_path()).display().to_string();
-    Ok((Box::new(terminal), port))
-}
-
-impl End for PseudoTerminal {
-    fn wait(&mut self, timeout: Duration) -> Result<(), LinkError> {
-        self.wait_readable(timeout).map(|_| ())
-    }
-
-    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, LinkError> {
-        self.read_available(buffer)
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        PseudoTerminal::write(self, bytes).map(|_| ())
-    }
-}
-
-/// A TCP server for one client at a time, as the Ethernet sensors are.
-struct Socket {
-    listener: TcpListener,
-    client: Option<TcpStream>,
-    heard: Vec<u8>,
-}
-
-impl Socket {
-    fn listen(address: SocketAddr) -> Result<(Box<dyn End>, String), EmulatorError> {
-        let failed = |source| EmulatorError::Listen { address, source };
-        let listener = TcpListener::bind(address).map_err(failed)?;
-        listener.set_nonblocking(true).map_err(failed)?;
-        let port = format!("tcp:{}", listener.local_addr().map_err(failed)?);
-        let socket = Self {
-            listener,
-            client: None,
-            heard: Vec::new(),
-        };
-        Ok((Box::new(socket), port))
-    }
-
-    /// A new client takes the place of none; while there is one, others wait.
-    fn accept(&mut self) {
-        if self.client.is_some() {
-            return;
-        }
-        if let Ok((client, _)) = self.listener.accept() {
-            let ready = client
-                .set_nodelay(true)
-                .and_then(|()| client.set_nonblocking(false));
-            self.client = ready.ok().map(|()| client);
-        }
-    }
-}
-
-/// Shortest time-out a socket takes.
-const SHORTEST: Duration = Duration::from_micros(1);
-
-impl End for Socket {
-    fn wait(&mut self, timeout: Duration) -> Result<(), LinkError> {
-        self.accept();
-        let Some(client) = &mut self.client else {
-            thread::sleep(timeout.min(Duration::from_millis(2)));
-            return Ok(());
-        };
-        let mut buffer = [0; 4096];
-        let heard = client
-            .set_read_timeout(Some(timeout.max(SHORTEST)))
-            .and_then(|()| client.read(&mut buffer));
-        match heard {
-            Ok(0) => self.client = None,
-            Ok(count) => self.heard.extend(buffer.get(..count).unwrap_or_default()),
-            Err(error) => match error.kind() {
-                ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => {}
-                _ => self.client = None,
-            },
-        }
-        Ok(())
-    }
-
-    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, LinkError> {
-        let count = self.heard.len().min(buffer.len());
-        for (to, from) in buffer.iter_mut().zip(self.heard.drain(..count)) {
-            *to = from;
-        }
-        Ok(count)
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        if let Some(client) = &mut self.client
-            && client
-                .set_write_timeout(Some(EMULATOR_LOOK))
-                .and_then(|()| client.write_all(bytes))
-                .is_err()
-        {
-            self.client = None;
-        }
-        Ok(())
     }
 }

@@ -9,15 +9,17 @@
 //! | `plan` | settings, identities | one sweep in whole counts |
 //! | `sweep_run`, `sweep_data` | events of both devices | commands to both, in the end a raw sweep or the reason why not |
 //! | `station`, `known`, `head_memory`, `report` | settings | both devices as one object with blocking calls; what is known of them |
-//! | `emulation`, `emulated_fault`, `emulator` | a scene | the devices' other ends, pure and on pseudo-terminals |
+//! | `emulation`, `emulated_fault`, `emulated_plug`, `emulator`, `emulator_end` | a scene | the devices' other ends, pure and on pseudo-terminals |
 
 mod cancel;
 mod clock;
 mod constants;
 mod driver;
 mod emulated_fault;
+mod emulated_plug;
 mod emulation;
 mod emulator;
+mod emulator_end;
 mod error;
 mod head;
 mod head_memory;
@@ -38,6 +40,7 @@ mod on_terminals;
 pub use cancel::Cancel;
 pub use clock::Clock;
 pub use emulated_fault::{EmulatedFault, EmulatedFaultError};
+pub use emulated_plug::Unplug;
 pub use emulation::{Emulation, EmulationOptions};
 pub use emulator::{Emulator, EmulatorError, EmulatorPorts, Lag};
 pub use error::{Device, DeviceError, PortError};

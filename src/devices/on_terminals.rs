@@ -157,3 +157,64 @@ fn waiting_for_a_silent_port_can_be_cancelled() {
     let open = Station::open(&settings(&emulator), clock.clone(), notes, &cancel);
     assert!(matches!(open, Err(DeviceError::Cancelled)));
 }
+
+/// Reads until `wanted` stands in what came, at most so many seconds of the wall.
+fn heard(port: &mut dyn link::Link, wanted: &str) -> bool {
+    let begun = std::time::Instant::now();
+    let mut text = String::new();
+    let mut buffer = [0; 256];
+    while begun.elapsed() < Duration::from_secs(5) {
+        match port.read(&mut buffer, Duration::from_millis(50)) {
+            Ok(count) => {
+                text.extend(buffer[..count].iter().map(|byte| char::from(*byte)));
+            }
+            Err(_) => return false,
+        }
+        if text.contains(wanted) {
+            return true;
+        }
+    }
+    false
+}
+
+#[test]
+fn a_port_vanishes_under_its_client_and_comes_back_as_another() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let (first, second) = (path("laser"), path("laser-again"));
+    let clock = Clock::scaled(5.0);
+    let ports = EmulatorPorts {
+        laser: Some(&first),
+        ..EmulatorPorts::default()
+    };
+    let emulator = emulator(&clock, &ports);
+    let open = |path: &std::path::Path| link::SerialLink::open(&path.to_string_lossy(), 19_200);
+    let mut port = open(&first).expect("it is there");
+    link::Link::write_all(&mut port, b"SCIP2.0\n", Duration::from_secs(1)).expect("a live line");
+    assert!(heard(&mut port, "SCIP2.0\n0\n\n"));
+    let node = std::fs::read_link(&first).expect("a link");
+    let fault = format!("laser.unplug:for=1,as={}", second.display());
+    emulator.inject(fault.parse().expect("a fault"));
+    assert!(!heard(&mut port, "never sent"), "hung up on");
+    assert!(!first.exists());
+    let mut again = None;
+    for _ in 0..500 {
+        thread::sleep(Duration::from_millis(10));
+        again = open(&second).ok();
+        if again.is_some() {
+            break;
+        }
+    }
+    let mut again = again.expect("it comes back");
+    assert!(!first.exists(), "under the other name only");
+    assert_ne!(
+        std::fs::read_link(&second).expect("a link"),
+        std::path::PathBuf::new()
+    );
+    drop((node, port));
+    link::Link::write_all(&mut again, b"QT\n", Duration::from_secs(1)).expect("a live line");
+    assert!(
+        heard(&mut again, "QT\nE\n\n"),
+        "it lost its power with its plug"
+    );
+}

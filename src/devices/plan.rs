@@ -370,6 +370,7 @@ fn stream_plan(laser: LaserFacts, notes: &mut Vec<String>) -> (StreamPlan, Durat
         cluster: 1,
         interval: 0,
         coding: Coding::ThreeCharacter,
+        count: 0,
     };
     let period = parameters.scan_period();
     if let Some(rate) = laser.line_bytes_s {

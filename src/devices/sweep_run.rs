@@ -223,7 +223,8 @@ impl SweepRun {
             | E::Recovered { timer_reset: false }
             | E::VerifiedNormal
             | E::Streaming
-            | E::Info(_) => {}
+            | E::Info(_)
+            | E::Applied(_) => {}
         }
     }
 
@@ -282,6 +283,11 @@ impl SweepRun {
             | E::MoveAccepted { .. }
             | E::HomeDone { .. }
             | E::Health(_)
+            | E::Speed { .. }
+            | E::Target { .. }
+            | E::HoldPowerSet { .. }
+            | E::MovePowerSet { .. }
+            | E::AxisHalted(_)
             | E::HoldPowerLow => {}
         }
     }

@@ -11,7 +11,7 @@ const VERSION: u8 = 1;
 const HEADER: usize = 11;
 
 /// Bytes of a view.
-pub(super) fn encode(view: &View) -> Vec<u8> {
+pub fn encode(view: &View) -> Vec<u8> {
     let numbers = HEADER + 3 * (view.points.len() + view.no_return.len());
     let mut bytes = Vec::with_capacity(1 + 8 * numbers);
     bytes.push(VERSION);
@@ -49,7 +49,10 @@ pub(super) fn encode(view: &View) -> Vec<u8> {
 }
 
 /// The view that [`encode`] wrote.
-pub(super) fn decode(name: &str, bytes: &[u8]) -> Result<View, StoreError> {
+///
+/// # Errors
+/// [`StoreError::Blob`] with what was expected.
+pub fn decode(name: &str, bytes: &[u8]) -> Result<View, StoreError> {
     let error = |expected: &str, got: String| StoreError::Blob {
         what: format!("stored sweep {name}"),
         expected: expected.to_owned(),

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Point3};
 const VERSION: u8 = 1;
 
 /// Bytes of a mixture.
-pub(super) fn encode(mixture: &Mixture) -> Vec<u8> {
+pub fn encode(mixture: &Mixture) -> Vec<u8> {
     let mut bytes = vec![VERSION];
     for (weight, g) in mixture.weights.iter().zip(&mixture.components) {
         let c = &g.covariance;
@@ -22,7 +22,10 @@ pub(super) fn encode(mixture: &Mixture) -> Vec<u8> {
 }
 
 /// The mixture that [`encode`] wrote.
-pub(super) fn decode(bytes: &[u8]) -> Result<Mixture, StoreError> {
+///
+/// # Errors
+/// [`StoreError::Blob`] with what was expected.
+pub fn decode(bytes: &[u8]) -> Result<Mixture, StoreError> {
     let error = |expected: &str, got: String| StoreError::Blob {
         what: "stored mixture".to_owned(),
         expected: expected.to_owned(),

@@ -17,9 +17,11 @@ mod visits;
 mod waypoints;
 
 pub use alarms::{AlarmFilter, AlarmRow};
+pub use cloud_blob::{decode as decode_view, encode as encode_view};
 pub use error::StoreError;
 pub use events::{EventRow, Level};
 pub use handle::{Stamp, Store};
+pub use mixture_blob::{decode as decode_mixture, encode as encode_mixture};
 pub use references::{NewReference, ReferenceRow, StoredReference};
 pub use retention::{Retention, Swept};
 pub use sweeps::SweepRecord;

@@ -1,7 +1,8 @@
 //! One revolution of the laser, in the sensor's own units.
 
+use super::beam_fan::BeamFan;
 use super::cast::{Ray, World};
-use super::constants::{CODE_NO_STEP, FIRST_STEP, LAST_STEP, MAX_RANGE_MM, STEPS_PER_TURN};
+use super::constants::CODE_NO_STEP;
 use super::noise::{NoiseOptions, TrueBeam};
 use super::robot::Robot;
 use std::sync::Arc;
@@ -15,13 +16,15 @@ pub struct Lookaround {
     pub world: Arc<World>,
     /// Where the robot stands and how it carries the laser.
     pub robot: Robot,
+    /// Which beams the sensor sends.
+    pub fan: BeamFan,
     /// How the sensor errs.
     pub noise: NoiseOptions,
 }
 
 impl Lookaround {
     /// One revolution from step 0 at `start`, a full turn lasting `period`: `out[n]` is what step n measures, in
-    /// millimetres or as a code below 20. Every beam is cast at its own instant `start + n period / 1024` with the pan
+    /// millimetres or as a code below 20. Every beam is cast at its own instant `start + n period / ARES` with the pan
     /// and tilt in radians that `attitude_at` gives for that instant. Steps that the sensor cannot measure give code 19.
     pub fn revolve(
         &mut self,
@@ -30,24 +33,27 @@ impl Lookaround {
         attitude_at: &dyn Fn(Duration) -> (f64, f64),
         out: &mut [u32],
     ) {
-        let truth: Vec<Option<TrueBeam>> = (FIRST_STEP..=LAST_STEP)
+        let fan = self.fan;
+        let truth: Vec<Option<TrueBeam>> = (fan.first_step..=fan.last_step)
             .map(|step| {
-                let (pan_rad, tilt_rad) = attitude_at(start + period * step / STEPS_PER_TURN);
-                true_beam(&self.world, &self.robot.beam(step, pan_rad, tilt_rad))
-                    .map(|(beam, _)| beam)
+                let at = start + period * step / fan.steps_per_turn.max(1);
+                let (pan_rad, tilt_rad) = attitude_at(at);
+                let map_from_laser = self.robot.map_from_laser(pan_rad, tilt_rad);
+                let ray = fan.beam_of(step, &map_from_laser);
+                true_beam(&self.world, &ray, self.noise.reach_mm[1]).map(|(beam, _)| beam)
             })
             .collect();
         out.fill(CODE_NO_STEP);
         let values = self.noise.measure(&truth, start);
-        for (out, value) in out.iter_mut().skip(FIRST_STEP as usize).zip(values) {
+        for (out, value) in out.iter_mut().skip(fan.first_step as usize).zip(values) {
             *out = value;
         }
     }
 }
 
 /// What a beam truly meets within the sensor's reach, and the index of the thing it meets.
-pub(super) fn true_beam(world: &World, ray: &Ray) -> Option<(TrueBeam, usize)> {
-    let hit = world.cast(ray, MAX_RANGE_MM / 1000.0)?;
+pub(super) fn true_beam(world: &World, ray: &Ray, reach_mm: f64) -> Option<(TrueBeam, usize)> {
+    let hit = world.cast(ray, reach_mm / 1000.0)?;
     let beam = TrueBeam {
         range_m: hit.range_m,
         cos_incidence: hit.cos_incidence,
@@ -59,7 +65,7 @@ pub(super) fn true_beam(world: &World, ray: &Ray) -> Option<(TrueBeam, usize)> {
 #[cfg(test)]
 mod tests {
     use super::Lookaround;
-    use crate::world::{MountGeometry, NoiseOptions, Robot, Scene};
+    use crate::world::{BeamFan, MountGeometry, NoiseOptions, Robot, Scene};
     use std::sync::Arc;
     use std::time::Duration;
 
@@ -74,6 +80,7 @@ mod tests {
                 pose: scene.map_from_base,
                 mount: MountGeometry::default(),
             },
+            fan: BeamFan::default(),
             noise,
         }
     }
@@ -127,5 +134,38 @@ mod tests {
         assert_eq!(at(300, 1), at(300, 1));
         assert_ne!(at(300, 1), at(400, 1));
         assert_ne!(at(300, 1), at(300, 2));
+    }
+
+    #[test]
+    fn another_sensor_has_its_own_steps_and_reach() {
+        let text = "[robot]\nheight_m = 0.5\n[[room]]\ncentre = [0, 0, 1.5]\nsize = [40, 6, 3]\n";
+        let scene = Scene::parse(text).expect("a good scene");
+        let mut utm = Lookaround {
+            world: Arc::new(scene.build(None).expect("no cloud")),
+            robot: Robot {
+                pose: scene.map_from_base,
+                mount: MountGeometry::default(),
+            },
+            fan: BeamFan {
+                steps_per_turn: 1440,
+                front_step: 540,
+                first_step: 0,
+                last_step: 1080,
+            },
+            noise: NoiseOptions {
+                reach_mm: [23.0, 60_000.0],
+                ..NoiseOptions::ideal()
+            },
+        };
+        let mut out = [7; 1081];
+        utm.revolve(
+            Duration::ZERO,
+            Duration::from_millis(25),
+            &|_| (0.0, 0.0),
+            &mut out,
+        );
+        assert_eq!(out[540], 20_000);
+        assert_eq!((out[540 + 360], out[540 - 360]), (3010, 2990));
+        assert!(out.iter().all(|range| *range >= 23));
     }
 }

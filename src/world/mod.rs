@@ -5,6 +5,7 @@
 //! [`Robot`] knows where its beams go, [`Lookaround`] gives one revolution of the laser in device units, and
 //! [`sample_view`] a whole labelled sweep without any device.
 
+mod beam_fan;
 mod body;
 mod bvh;
 mod cast;
@@ -21,6 +22,7 @@ mod solid;
 mod surfel;
 mod tables;
 
+pub use beam_fan::BeamFan;
 pub use body::Body;
 pub use cast::{Hit, ObjectInfo, Ray, World};
 pub use lookaround::Lookaround;

@@ -29,6 +29,8 @@ pub struct NoiseOptions {
     pub drift_mm: f64,
     /// Time constant of the drift, seconds.
     pub drift_time_s: f64,
+    /// Least and greatest range that the sensor tells, millimetres (`DMIN`, `DMAX`).
+    pub reach_mm: [f64; 2],
 }
 
 impl Default for NoiseOptions {
@@ -41,6 +43,7 @@ impl Default for NoiseOptions {
             bias_mm: 0.0,
             drift_mm: 0.0,
             drift_time_s: 600.0,
+            reach_mm: [MIN_RANGE_MM, MAX_RANGE_MM],
         }
     }
 }
@@ -141,9 +144,9 @@ impl NoiseOptions {
                     _ => own.round(),
                 };
                 held = Some(value);
-                if value > MAX_RANGE_MM {
+                if value > self.reach_mm[1] {
                     CODE_NOTHING
-                } else if value < MIN_RANGE_MM {
+                } else if value < self.reach_mm[0] {
                     CODE_TOO_NEAR
                 } else {
                     value as u32
@@ -191,7 +194,7 @@ impl NoiseOptions {
         let grazing = (1.0 - beam.cos_incidence / GRAZING_COS).clamp(0.0, 1.0);
         let dark = (1.0 - beam.reflectance / DARK_REFLECTANCE).clamp(0.0, 1.0);
         let (from_mm, most) = FADING;
-        let faded = (beam.range_m * 1000.0 - from_mm) / (MAX_RANGE_MM - from_mm);
+        let faded = (beam.range_m * 1000.0 - from_mm) / (self.reach_mm[1] - from_mm);
         let kept = (1.0 - DROPOUT_CHANCE)
             * (1.0 - grazing)
             * (1.0 - dark)

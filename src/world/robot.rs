@@ -3,10 +3,10 @@
 //! This is the simulated robot's own arithmetic, kept apart from what the program uses to turn ranges into points, so
 //! that a mistake in either shows as a crooked room.
 
+use super::beam_fan::BeamFan;
 use super::cast::Ray;
-use super::constants::{FRONT_STEP, STEPS_PER_TURN};
 use crate::geometry::{Pose, RollPitchYaw};
-use nalgebra::{Point3, Rotation3, Unit, Vector3};
+use nalgebra::{Rotation3, Unit, Vector3};
 
 /// Where the axes and the laser sit (chain of the sweep geometry notes, section 2), metres and radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,15 +62,9 @@ impl MountGeometry {
     }
 }
 
-/// Azimuth of a step in the laser frame, radians, left positive.
+/// Azimuth of a step of a URG-04LX in the laser frame, radians, left positive.
 pub fn azimuth_rad(step: u32) -> f64 {
-    (f64::from(step) - f64::from(FRONT_STEP)) * std::f64::consts::TAU / f64::from(STEPS_PER_TURN)
-}
-
-/// Direction of a step in the laser frame.
-pub(super) fn direction_of(step: u32) -> Unit<Vector3<f64>> {
-    let azimuth = azimuth_rad(step);
-    Unit::new_unchecked(Vector3::new(azimuth.cos(), azimuth.sin(), 0.0))
+    BeamFan::default().azimuth_rad(step)
 }
 
 /// Place on the map and direction of a robot whose navigator knows only these: x, y (metres), yaw (radians).
@@ -105,20 +99,14 @@ impl Robot {
         .with_translation([stand.x_m, stand.y_m, height]);
     }
 
-    /// The beam of `step` in the map, at this attitude of the pan-tilt in radians.
-    pub fn beam(&self, step: u32, pan_rad: f64, tilt_rad: f64) -> Ray {
-        beam_of(
-            step,
-            &(self.pose * self.mount.base_from_laser(pan_rad, tilt_rad)),
-        )
+    /// Where the laser is in the map, at this attitude of the pan-tilt in radians.
+    pub fn map_from_laser(&self, pan_rad: f64, tilt_rad: f64) -> Pose {
+        self.pose * self.mount.base_from_laser(pan_rad, tilt_rad)
     }
-}
 
-/// The beam of `step` of a laser at this pose in the map.
-pub(super) fn beam_of(step: u32, map_from_laser: &Pose) -> Ray {
-    Ray {
-        origin: map_from_laser * Point3::origin(),
-        direction: map_from_laser.rotation * direction_of(step),
+    /// The beam of `step` of a URG-04LX in the map, at this attitude of the pan-tilt in radians.
+    pub fn beam(&self, step: u32, pan_rad: f64, tilt_rad: f64) -> Ray {
+        BeamFan::default().beam_of(step, &self.map_from_laser(pan_rad, tilt_rad))
     }
 }
 

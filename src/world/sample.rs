@@ -1,10 +1,11 @@
 //! Whole labelled sweeps without devices, for tests of everything that reads views.
 
+use super::beam_fan::BeamFan;
 use super::cast::World;
 use super::constants::{FIRST_STEP, FREE_RANGE_M, LAST_STEP, MIN_RANGE_MM};
 use super::lookaround::true_beam;
 use super::noise::{NoiseOptions, TrueBeam};
-use super::robot::{Robot, beam_of, direction_of};
+use super::robot::Robot;
 use crate::geometry::View;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
@@ -112,18 +113,25 @@ fn sample_row(
     noise: &NoiseOptions,
     start: Duration,
 ) -> Row {
+    let fan = BeamFan::default();
     let base_from_laser = robot.mount.base_from_laser(rows.pan_rad, tilt_rad);
     let map_from_laser = robot.pose * base_from_laser;
     let truth: Vec<Option<(TrueBeam, usize)>> = rows
         .steps
         .clone()
-        .map(|step| true_beam(world, &beam_of(step, &map_from_laser)))
+        .map(|step| {
+            true_beam(
+                world,
+                &fan.beam_of(step, &map_from_laser),
+                noise.reach_mm[1],
+            )
+        })
         .collect();
     let beams: Vec<Option<TrueBeam>> = truth.iter().map(|t| t.map(|(beam, _)| beam)).collect();
     let mut row = Row::default();
     let values = noise.measure(&beams, start);
     for ((value, truth), step) in values.into_iter().zip(truth).zip(rows.steps.clone()) {
-        let direction = direction_of(step);
+        let direction = fan.direction_of(step);
         if value == 0 {
             row.no_return.push(base_from_laser.rotation * direction);
         } else if let (true, Some((_, object))) = (f64::from(value) >= MIN_RANGE_MM, truth) {

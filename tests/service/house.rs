@@ -7,7 +7,7 @@ use patrold::scan::Optics;
 use patrold::service::{Connect, Control, Fault, Notes, Plan, Robot, ServiceError, serve};
 use patrold::store::Level;
 use patrold::sweep::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
-use patrold::world::{Lookaround, MountGeometry, NoiseOptions, Robot as Base, Scene};
+use patrold::world::{BeamFan, Lookaround, MountGeometry, NoiseOptions, Robot as Base, Scene};
 use serde_json::{Value, json};
 use std::io::{Read as _, Write as _};
 use std::os::unix::net::UnixStream;
@@ -162,6 +162,7 @@ fn swept(scene: &str, turn: u64) -> RawSweep {
             pose: scene.map_from_base,
             mount: MountGeometry::default(),
         },
+        fan: BeamFan::default(),
         noise: NoiseOptions::seeded(turn),
     };
     let speed_rad_s = LINE_RAD / PERIOD.as_secs_f64();

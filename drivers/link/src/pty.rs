@@ -164,6 +164,17 @@ impl PseudoTerminal {
         Ok(())
     }
 
+    /// As [`PseudoTerminal::plug_in`], with its link at another place from now on.
+    ///
+    /// # Errors
+    /// As [`PseudoTerminal::open`].
+    pub fn plug_in_at(&mut self, link_path: &Path) -> Result<(), LinkError> {
+        if self.ends.is_none() {
+            self.link_path = Some(link_path.to_owned());
+        }
+        self.plug_in()
+    }
+
     /// A client killed while it held the terminal exclusively leaves the mark behind, as our own end keeps the terminal alive. If
     /// nobody holds the lock, the mark is nobody's.
     fn free_after_dead_client(&mut self) {

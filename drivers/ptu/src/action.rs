@@ -1,7 +1,7 @@
 //! What the driver asks of its caller and tells it.
 
 use crate::identity::{AxisLimits, HeadIdentity, Health};
-use crate::{Axis, Instant};
+use crate::{Axis, HoldPower, Instant, MovePower};
 
 /// One thing to do, in order.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +28,36 @@ pub enum Event {
         /// First byte of the reply.
         first_byte_at: Instant,
     },
+    /// How fast an axis is (`PS` is only the set speed: section 12).
+    Speed {
+        /// Axis.
+        axis: Axis,
+        /// Counts per second.
+        steps_per_s: i32,
+    },
+    /// Where an axis is on its way to.
+    Target {
+        /// Axis.
+        axis: Axis,
+        /// Counts.
+        steps: i32,
+    },
+    /// The hold power was taken; it takes effect after the next move (section 6).
+    HoldPowerSet {
+        /// Axis.
+        axis: Axis,
+        /// Power.
+        power: HoldPower,
+    },
+    /// The move power was taken.
+    MovePowerSet {
+        /// Axis.
+        axis: Axis,
+        /// Power.
+        power: MovePower,
+    },
+    /// One axis was told to stop; as [`Event::Halted`].
+    AxisHalted(Axis),
     /// The set speed was taken.
     SpeedSet {
         /// Axis.

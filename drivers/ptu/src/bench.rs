@@ -69,6 +69,8 @@ impl Replies {
             "PU" | "TU" => " 2902".into(),
             "PS" | "TS" | "PB" | "TB" => " 1000".into(),
             "PA" | "TA" => " 2000".into(),
+            "PH" | "TH" => " LOW".into(),
+            "PM" | "TM" => " REG".into(),
             "O" => " Input 30 VDC @ 86 degF".into(),
             "PP" => numeric("22", " Current Pan position is 22"),
             "TP" => numeric("-7", " Current Tilt position is -7"),

@@ -1,11 +1,13 @@
 //! The commands this driver sends, and what each must be answered with.
 
-use crate::Axis;
+use crate::{Axis, HoldPower, MovePower};
 
 /// A numeric property of one axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quantity {
     Position,
+    Target,
+    SpeedNow,
     Resolution,
     MinPosition,
     MaxPosition,
@@ -20,6 +22,8 @@ impl Quantity {
     const fn letter(self) -> &'static str {
         match self {
             Self::Position => "P",
+            Self::Target => "O",
+            Self::SpeedNow => "D",
             Self::Resolution => "R",
             Self::MinPosition => "N",
             Self::MaxPosition => "X",
@@ -39,6 +43,7 @@ pub(crate) enum Command {
     Terse,
     Version,
     Halt,
+    HaltAxis(Axis),
     Independent,
     Immediate,
     LimitsOn,
@@ -50,6 +55,10 @@ pub(crate) enum Command {
     SetSpeed(Axis, i32),
     MoveTo(Axis, i32),
     HoldLow(Axis),
+    SetHold(Axis, HoldPower),
+    SetMove(Axis, MovePower),
+    HoldState(Axis),
+    MoveState(Axis),
     Supply,
     Reset,
 }
@@ -92,7 +101,12 @@ impl Command {
             Self::Query(axis, quantity) => format!("{}{}", axis.letter(), quantity.letter()),
             Self::SetSpeed(axis, speed) => format!("{}S{speed}", axis.letter()),
             Self::MoveTo(axis, steps) => format!("{}P{steps}", axis.letter()),
+            Self::HaltAxis(axis) => format!("H{}", axis.letter()),
             Self::HoldLow(axis) => format!("{}HL", axis.letter()),
+            Self::SetHold(axis, power) => format!("{}H{}", axis.letter(), power.letter()),
+            Self::SetMove(axis, power) => format!("{}M{}", axis.letter(), power.letter()),
+            Self::HoldState(axis) => format!("{}H", axis.letter()),
+            Self::MoveState(axis) => format!("{}M", axis.letter()),
             Self::Supply => "O".into(),
             Self::Reset => "R".into(),
         }
@@ -109,7 +123,9 @@ impl Command {
         match self {
             Self::Query(_, Quantity::Resolution) => Expected::Decimal,
             Self::Query(..) => Expected::Whole,
-            Self::Version | Self::Supply => Expected::Text,
+            Self::Version | Self::Supply | Self::HoldState(_) | Self::MoveState(_) => {
+                Expected::Text
+            }
             Self::Independent => Expected::DoneOrWords,
             Self::EchoState => Expected::Either {
                 wanted: "off",
@@ -149,5 +165,14 @@ mod tests {
             b"PX "
         );
         assert_eq!(Command::HoldLow(Axis::Tilt).wire(), b"THL ");
+        assert_eq!(Command::SetHold(Axis::Pan, HoldPower::Off).wire(), b"PHO ");
+        assert_eq!(
+            Command::SetMove(Axis::Tilt, MovePower::High).wire(),
+            b"TMH "
+        );
+        assert_eq!(Command::HaltAxis(Axis::Tilt).wire(), b"HT ");
+        assert_eq!(Command::MoveState(Axis::Pan).wire(), b"PM ");
+        assert_eq!(Command::Query(Axis::Pan, Quantity::SpeedNow).wire(), b"PD ");
+        assert_eq!(Command::Query(Axis::Tilt, Quantity::Target).wire(), b"TO ");
     }
 }

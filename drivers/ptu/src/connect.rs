@@ -46,6 +46,8 @@ fn setup_script() -> VecDeque<Command> {
     SETTINGS
         .into_iter()
         .chain(PROPERTIES.into_iter().flat_map(both))
+        .chain(Axis::BOTH.map(Command::HoldState))
+        .chain(Axis::BOTH.map(Command::MoveState))
         .chain([Command::Supply])
         .collect()
 }

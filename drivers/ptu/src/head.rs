@@ -243,25 +243,6 @@ impl Head {
         Ok(())
     }
 
-    /// Asks supply and temperature; comes back as [`Event::Health`].
-    ///
-    /// # Errors
-    /// [`RequestError`].
-    pub fn query_health(&mut self, now: Instant) -> Result<(), RequestError> {
-        self.request(&[Command::Supply], now)
-    }
-
-    /// Sets the hold power of both axes low: for parking and shutdown (section 10).
-    ///
-    /// # Errors
-    /// [`RequestError`].
-    pub fn hold_power_low(&mut self, now: Instant) -> Result<(), RequestError> {
-        self.request(
-            &[Command::HoldLow(Axis::Pan), Command::HoldLow(Axis::Tilt)],
-            now,
-        )
-    }
-
     /// True between [`Event::Connected`] and the next loss.
     #[must_use]
     pub fn is_connected(&self) -> bool {
@@ -298,7 +279,11 @@ impl Head {
         self.counters
     }
 
-    fn request(&mut self, commands: &[Command], now: Instant) -> Result<(), RequestError> {
+    pub(crate) fn request(
+        &mut self,
+        commands: &[Command],
+        now: Instant,
+    ) -> Result<(), RequestError> {
         if !self.is_connected() {
             return Err(RequestError::NotConnected);
         }

@@ -2,7 +2,7 @@
 
 use crate::axis::StepSize;
 use crate::motion::MotionProfile;
-use crate::{Axis, reply};
+use crate::{Axis, HoldPower, MovePower, reply};
 
 /// Range of one axis in counts, as measured by the unit's last calibration; it moves by a few counts with each (section 5).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,6 +38,10 @@ pub struct AxisIdentity {
     pub base_speed: i32,
     /// Acceleration above the base speed, counts per second squared.
     pub acceleration: i32,
+    /// Power while standing, if the unit tells it.
+    pub hold_power: Option<HoldPower>,
+    /// Power while moving, if the unit tells it.
+    pub move_power: Option<MovePower>,
 }
 
 impl AxisIdentity {
@@ -121,6 +125,8 @@ pub(crate) struct AxisDraft {
     pub(crate) speed: Option<i32>,
     pub(crate) base_speed: Option<i32>,
     pub(crate) acceleration: Option<i32>,
+    pub(crate) hold_power: Option<HoldPower>,
+    pub(crate) move_power: Option<MovePower>,
 }
 
 impl AxisDraft {
@@ -142,6 +148,8 @@ impl AxisDraft {
             speed: self.speed?,
             base_speed: self.base_speed?,
             acceleration: self.acceleration?,
+            hold_power: self.hold_power,
+            move_power: self.move_power,
         })
     }
 }

@@ -20,7 +20,9 @@ mod hostile_tests;
 mod identity;
 mod line;
 mod motion;
+mod power;
 mod reply;
+mod requests;
 mod service;
 #[cfg(test)]
 mod service_tests;
@@ -31,6 +33,7 @@ pub use constants::BAUD_RATES;
 pub use head::{Head, HeadOptions};
 pub use identity::{AxisIdentity, AxisLimits, HeadIdentity, Health};
 pub use motion::{MotionProfile, MoveState, MoveWatch};
+pub use power::{HoldPower, MovePower};
 
 /// Time since an origin the caller chose, the same for all calls.
 pub type Instant = std::time::Duration;

@@ -9,7 +9,7 @@ use crate::head::{Head, InFlight, Phase, Resync, Script};
 use crate::identity::{AxisDraft, Health};
 use crate::line::{Line, Notice, Token};
 use crate::reply::{self, Outcome};
-use crate::{Axis, Instant};
+use crate::{Axis, HoldPower, Instant, MovePower};
 
 /// A success reply after its form was checked.
 enum Content<'a> {
@@ -154,6 +154,25 @@ impl Head {
                     });
                 }
             }
+            (Command::Query(axis, Quantity::SpeedNow), Content::Number(value)) => {
+                if let Some(steps_per_s) = reply::whole(*value) {
+                    self.emit(Event::Speed { axis, steps_per_s });
+                }
+            }
+            (Command::Query(axis, Quantity::Target), Content::Number(value)) => {
+                if let Some(steps) = reply::whole(*value) {
+                    self.emit(Event::Target { axis, steps });
+                }
+            }
+            (Command::HoldState(axis), Content::Text(text)) => {
+                self.draft.axis_mut(axis).hold_power = HoldPower::from_text(text);
+            }
+            (Command::MoveState(axis), Content::Text(text)) => {
+                self.draft.axis_mut(axis).move_power = MovePower::from_text(text);
+            }
+            (Command::SetHold(axis, power), _) => self.emit(Event::HoldPowerSet { axis, power }),
+            (Command::SetMove(axis, power), _) => self.emit(Event::MovePowerSet { axis, power }),
+            (Command::HaltAxis(axis), _) => self.emit(Event::AxisHalted(axis)),
             (Command::Query(axis, quantity), Content::Number(value) | Content::Verbose(value)) => {
                 note(self.draft.axis_mut(axis), quantity, *value);
             }
@@ -234,8 +253,8 @@ impl Head {
         self.in_flight = None;
         let text = text.to_owned();
         match (command, &self.script) {
-            // Not every unit tells its supply.
-            (Command::Supply, Some(_)) => {}
+            // Not every unit tells its supply or its powers.
+            (Command::Supply | Command::HoldState(_) | Command::MoveState(_), Some(_)) => {}
             (_, Some(_)) => {
                 return self.go_offline(HeadError::SetupRefused {
                     command: command.text(),
@@ -364,7 +383,7 @@ impl Head {
 fn note(draft: &mut AxisDraft, quantity: Quantity, value: f64) {
     let whole = reply::whole(value);
     match quantity {
-        Quantity::Position => {}
+        Quantity::Position | Quantity::Target | Quantity::SpeedNow => {}
         Quantity::Resolution => draft.step = StepSize::from_print(value),
         Quantity::MinPosition => draft.min_steps = whole,
         Quantity::MaxPosition => draft.max_steps = whole,

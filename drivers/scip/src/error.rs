@@ -211,6 +211,14 @@ pub enum SensorError {
     /// The device fell back to SCIP 1.1: it lost power in between.
     #[error("the sensor restarted in between (it speaks SCIP 1.1 again)")]
     Relapsed,
+    /// The model is not known to have what was asked for; asking could leave it deaf (protocol section 10).
+    #[error("{what}: not asked of a {model}, which could fall deaf")]
+    Unsupported {
+        /// What was asked for.
+        what: &'static str,
+        /// `MODL` of the device.
+        model: String,
+    },
     /// The request does not fit the state of the dialogue.
     #[error("{request} is not possible while {state}")]
     NotReady {

@@ -47,6 +47,7 @@ pub mod twin;
 
 pub use command::info::Info;
 pub use command::parameters::Parameters;
+pub use command::setting::Setting;
 pub use error::{ReplyError, SensorError};
 pub use frame::{Framer, Message};
 pub use scan::{Coding, RawScan, Reading};

@@ -11,15 +11,28 @@ pub enum Coding {
     /// `MD`, `GD`: 18 bits.
     #[default]
     ThreeCharacter,
+    /// `ME`, `GE`: 18 bits of distance, then 18 of intensity. Only for models that know it: a URG-04LX may need a power
+    /// cycle after being asked (protocol section 10).
+    WithIntensity,
 }
 
 impl Coding {
-    /// Characters per value.
+    /// Characters per step or group of steps.
     #[must_use]
     pub fn width(self) -> usize {
         match self {
             Self::TwoCharacter => 2,
             Self::ThreeCharacter => 3,
+            Self::WithIntensity => 6,
+        }
+    }
+
+    /// Second letter of the commands that ask for it.
+    pub(crate) fn letter(self) -> char {
+        match self {
+            Self::TwoCharacter => 'S',
+            Self::ThreeCharacter => 'D',
+            Self::WithIntensity => 'E',
         }
     }
 }
@@ -35,6 +48,8 @@ pub struct RawScan {
     pub coding: Coding,
     /// Values in mm by rising step, that is anti-clockwise seen from above; below DMIN: codes.
     pub ranges: Vec<u32>,
+    /// As many intensities, in the device's own scale; empty where they were not asked for.
+    pub intensities: Vec<u32>,
     /// The sensor's timer when the head passed step 0, ms, 24 bits.
     pub stamp_ms: u32,
     /// Scans still to come of a counted stream; 0 for the last, in an endless stream and for a single scan.
@@ -125,6 +140,7 @@ mod tests {
             cluster: 3,
             coding: Coding::ThreeCharacter,
             ranges: vec![1000, 0],
+            intensities: Vec::new(),
             stamp_ms: 0,
             remaining: 0,
         };

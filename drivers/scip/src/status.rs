@@ -6,7 +6,7 @@ use crate::encoding::checked_body;
 use crate::error::ReplyError;
 
 /// The commands this driver speaks, and no others: an unsupported one can leave a URG-04LX deaf until it is
-/// power-cycled (protocol section 13).
+/// power-cycled (protocol section 13). So intensity is asked of models that are known to have it, several echoes never.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Command {
     /// `SCIP2.0`: leave SCIP 1.1.
@@ -23,15 +23,17 @@ pub enum Command {
     Quit,
     /// `RS`: reset.
     Reset,
+    /// `RT`: reset of the measurement only.
+    SoftReset,
     /// `TM0`: enter time adjust.
     TimeEnter,
     /// `TM1`: read the timer.
     TimeRead,
     /// `TM2`: leave time adjust.
     TimeLeave,
-    /// `GD`, `GS`: the latest scan, once.
+    /// `GD`, `GS`, `GE`: the latest scan, once.
     Single,
-    /// `MD`, `MS`: scans as they come.
+    /// `MD`, `MS`, `ME`: scans as they come.
     Stream,
     /// `SS`: bit rate of the RS-232C.
     BitRate,
@@ -39,6 +41,8 @@ pub enum Command {
     MotorSpeed,
     /// `HS`: sensitivity.
     Sensitivity,
+    /// `DB`: played malfunctions.
+    Rehearsal,
 }
 
 impl fmt::Display for Command {
@@ -51,14 +55,16 @@ impl fmt::Display for Command {
             Self::LaserOn => "BM",
             Self::Quit => "QT",
             Self::Reset => "RS",
+            Self::SoftReset => "RT",
             Self::TimeEnter => "TM0",
             Self::TimeRead => "TM1",
             Self::TimeLeave => "TM2",
-            Self::Single => "GD/GS",
-            Self::Stream => "MD/MS",
+            Self::Single => "GD/GS/GE",
+            Self::Stream => "MD/MS/ME",
             Self::BitRate => "SS",
             Self::MotorSpeed => "CR",
             Self::Sensitivity => "HS",
+            Self::Rehearsal => "DB",
         })
     }
 }
@@ -138,17 +144,19 @@ pub enum Meaning {
     Data,
     /// Single character other than `0`: the device speaks SCIP 1.1.
     OldProtocol,
-    /// The device already is in the state asked for (`BM` 02, `TM0` 02, `TM2` 03, `SS`/`CR` 03, `HS` 02).
+    /// The device already is in the state asked for (`BM` 02, `TM0` 02, `TM2` 03, `SS`/`CR` 03, `HS` 02, `DB` 02 and 03).
     AlreadySo,
     /// `BM` 01: the laser is broken.
     LaserMalfunction,
     /// `GD` 10: the laser is off.
     LaserOff,
+    /// 10 of SCIP 2.2: not in this state (time adjust, streaming, asleep).
+    Denied,
     /// `TM1` 04: not in time adjust.
     NotAdjusting,
     /// A parameter is not a number or out of range.
     BadParameter(Parameter),
-    /// The model has no such setting (`SS`, `CR` 04, `HS` 03).
+    /// The model has no such setting (`SS`, `CR`, `DB` 04, `HS` 03).
     NotSupported,
     /// 21 to 49 of a stream: stopped to verify an error.
     Verifying(u8),
@@ -170,7 +178,7 @@ pub enum Meaning {
     StringCharacter,
     /// `0I`: firmware update mode.
     FirmwareUpdate,
-    /// `0L`, `0M` of SCIP 2.2: abnormal or unstable.
+    /// `0L`, `0M` of SCIP 2.2: abnormal or unstable. `DB` 05: in error.
     Unstable,
     /// None of the protocol's.
     Unknown([u8; 2]),
@@ -212,12 +220,16 @@ fn numbered(command: Command, number: u8, code: [u8; 2]) -> Meaning {
         (C::Stream, 99) => M::Data,
         (C::LaserOn, 1) => M::LaserMalfunction,
         (C::TimeEnter | C::TimeRead | C::TimeLeave, 1) => M::BadParameter(P::ControlCode),
-        (C::LaserOn | C::TimeEnter | C::Sensitivity, 2)
-        | (C::TimeLeave | C::BitRate | C::MotorSpeed, 3) => M::AlreadySo,
+        (C::LaserOn | C::TimeEnter | C::Sensitivity | C::Rehearsal, 2)
+        | (C::TimeLeave | C::BitRate | C::MotorSpeed | C::Rehearsal, 3) => M::AlreadySo,
+        (C::Rehearsal, 5) => M::Unstable,
         (C::TimeRead, 4) => M::NotAdjusting,
-        (C::BitRate | C::MotorSpeed | C::Sensitivity, 1) => M::BadParameter(P::NotNumeric),
+        (C::BitRate | C::MotorSpeed | C::Sensitivity | C::Rehearsal, 1) => {
+            M::BadParameter(P::NotNumeric)
+        }
         (C::BitRate | C::MotorSpeed, 2) => M::BadParameter(P::OutOfRange),
-        (C::BitRate | C::MotorSpeed, 4) | (C::Sensitivity, 3) => M::NotSupported,
+        (C::BitRate | C::MotorSpeed | C::Rehearsal, 4) | (C::Sensitivity, 3) => M::NotSupported,
+        (_, 10) => M::Denied,
         _ => M::Unknown(code),
     }
 }
@@ -245,6 +257,7 @@ impl fmt::Display for Meaning {
             Self::AlreadySo => f.write_str("already so"),
             Self::LaserMalfunction => f.write_str("the laser is broken"),
             Self::LaserOff => f.write_str("the laser is off"),
+            Self::Denied => f.write_str("not possible in the sensor's present state"),
             Self::NotAdjusting => f.write_str("not in time-adjust mode"),
             Self::BadParameter(parameter) => write!(f, "bad parameter ({parameter:?})"),
             Self::NotSupported => f.write_str("not supported by this model"),

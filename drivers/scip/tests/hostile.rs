@@ -14,6 +14,7 @@ const PLAN: StreamPlan = StreamPlan {
     cluster: 1,
     interval: 0,
     coding: Coding::ThreeCharacter,
+    count: 0,
 };
 
 /// Options under which the dialogue does not give up however bad the line.

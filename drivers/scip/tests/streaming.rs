@@ -14,6 +14,7 @@ const PLAN: StreamPlan = StreamPlan {
     cluster: 1,
     interval: 0,
     coding: Coding::ThreeCharacter,
+    count: 0,
 };
 const REQUEST: &str = "MD0044072501000\n";
 const ECHO: &str = "MD0044072501000";

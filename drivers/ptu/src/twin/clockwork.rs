@@ -6,11 +6,12 @@ use rand::RngExt;
 
 use super::Instant;
 use super::constants::UNSELECTED_BYTES;
-use super::fault::Strike;
+use super::fault::{FaultKind, Strike};
 use super::names::AxisName;
 use super::options::InputDuringReset;
 use super::parser::{LineParser, is_delimiter};
 use super::replies::{Answer, Refusal};
+use super::settings::LimitMode;
 use super::unit::{Cpu, Twin};
 use super::wire::byte_time;
 
@@ -23,7 +24,7 @@ impl Twin {
     pub(super) fn next_change(&self) -> Option<Instant> {
         let cpu = match &self.cpu {
             Cpu::Executing { due, .. } | Cpu::Recomputing { due, .. } => Some(*due),
-            Cpu::Off { until } => Some(*until),
+            Cpu::Off { until } => Some(*until).filter(|until| *until != Instant::MAX),
             Cpu::Resetting(reset) => reset.deadline(),
             Cpu::Ready | Cpu::Awaiting => None,
         };
@@ -64,6 +65,7 @@ impl Twin {
             let (stalled, blocked, pace) = self.faults.hindrance(axis, self.now);
             self.axes[axis.index()].hinder(self.now, stalled, blocked, pace);
         }
+        self.come_back();
         self.run_cpu();
         while self.listening()
             && let Some(byte) = self.rx.pop(self.now)
@@ -83,6 +85,18 @@ impl Twin {
                     self.axes[name.index()].stop_at_once(self.now);
                 }
                 self.emit_at(name.limit_event(), at);
+            }
+        }
+    }
+
+    /// An axis that has run past its target turns back to it.
+    fn come_back(&mut self) {
+        for axis in AxisName::BOTH {
+            if !self.axes[axis.index()].moving()
+                && let Some(target) = self.overshot[axis.index()].take()
+            {
+                let ramp = self.settings.axis(axis).ramp();
+                self.axes[axis.index()].drive(self.now, target, ramp);
             }
         }
     }
@@ -169,6 +183,7 @@ impl Twin {
         let wrong = self.wrong_baud();
         let mut said = Vec::with_capacity(bytes.len());
         for &byte in bytes {
+            said.extend(self.faults.intrude(at).into_iter().flatten());
             let byte = if wrong { self.noise.random() } else { byte };
             said.extend(self.faults.say(byte, at, &mut self.noise));
         }
@@ -196,17 +211,41 @@ impl Twin {
     fn suffer(&mut self, strike: Strike) {
         match strike {
             Strike::Lose(axis, steps) => self.axes[axis.index()].lose(self.now, steps),
-            Strike::PowerCycle(until) => self.power_off(until),
+            Strike::PowerCycle(until) => self.go_dark(until),
             // A unit without power neither speaks nor changes its mind.
             _ if matches!(self.cpu, Cpu::Off { .. }) => {}
             Strike::Event(letter) => self.emit(format!("!{letter}").as_bytes()),
             Strike::Text(text) => self.emit_line(&text),
             Strike::Echo => self.settings.echo = true,
             Strike::Verbose => self.settings.verbose = true,
+            Strike::Meddle(meddling) => self.be_meddled_with(&meddling),
         }
     }
 
-    pub(super) fn power_off(&mut self, until: Instant) {
+    /// Somebody else commanded the unit: what they did holds, nothing is printed.
+    fn be_meddled_with(&mut self, meddling: &FaultKind) {
+        match *meddling {
+            FaultKind::Velocity => self.set_velocity_mode(true),
+            FaultKind::Slaved => self.settings.slaved = true,
+            FaultKind::LimitsOff => self.settings.limits = LimitMode::Off,
+            FaultKind::Monitor => self.begin_scan(self.default_scan()),
+            FaultKind::Moving(targets) => {
+                for (axis, target) in AxisName::BOTH.into_iter().zip(targets) {
+                    self.drive(axis, target);
+                }
+            }
+            FaultKind::UnitId(id) => {
+                self.settings.unit_id = id;
+                self.selected = false;
+            }
+            FaultKind::Baud(rate) => self.baud = rate,
+            FaultKind::AxisError => self.calibrated = false,
+            _ => {}
+        }
+    }
+
+    /// Without power until the instant.
+    pub(super) fn go_dark(&mut self, until: Instant) {
         for axis in &mut self.axes {
             axis.stop_at_once(self.now);
         }
@@ -216,6 +255,7 @@ impl Twin {
         self.after_cr = false;
         self.unselected_output.clear();
         self.held_back = [None; 2];
+        self.overshot = [None; 2];
         self.scan = None;
         self.cpu = Cpu::Off { until };
         if until <= self.now {

@@ -4,7 +4,7 @@
 //! host's driver. One [`Twin`] is one unit: feed it with [`Twin::handle_bytes`], let time pass with [`Twin::advance`],
 //! fetch what it prints with [`Twin::poll_output`], and ask where the head really stands with [`Twin::true_position_at`].
 //!
-//! Reading order: [`options`] (what kind of unit it is), `settings` (what commands change), `profile` (one axis's motion
+//! Reading order: [`options`] (what kind of unit it is; as text in [`option_text`]), `settings` (what commands change), `profile` (one axis's motion
 //! on paper), `axis` (the same axis with stops, lost steps and a past; `segment` is a piece of it), `command`, `parser` and `commands` (text to effects),
 //! `replies`, `reset`, `wire` (bytes on the line), [`fault`] (what goes wrong on demand), `unit` (the whole) and `clockwork` (what passes inside).
 //!
@@ -24,6 +24,7 @@ mod commands;
 mod constants;
 pub mod fault;
 mod names;
+pub mod option_text;
 pub mod options;
 mod parser;
 mod profile;
@@ -39,6 +40,7 @@ mod tests;
 
 pub use fault::{FaultError, FaultKind, FaultSpec};
 pub use names::AxisName;
+pub use option_text::OptionError;
 pub use options::{InputDuringReset, LineEnd, Model, StartState, Supply, TwinOptions};
 pub use unit::Twin;
 pub use wire::Output;

@@ -77,6 +77,7 @@ impl Twin {
     pub(super) fn begin_reset(&mut self, pan: bool, tilt: bool, power_up: bool) {
         self.scan = None;
         self.held_back = [None; 2];
+        self.overshot = [None; 2];
         let mut reset = Reset {
             axes: Vec::new(),
             stages: VecDeque::new(),

@@ -59,6 +59,8 @@ pub struct Twin {
     pub(super) calibrated: bool,
     /// Targets that slaved mode holds back.
     pub(super) held_back: [Option<i32>; 2],
+    /// Targets that an axis is made to run past, and to come back to.
+    pub(super) overshot: [Option<i32>; 2],
     pub(super) scan: Option<Scan>,
     pub(super) selected: bool,
     pub(super) baud: u32,
@@ -115,6 +117,7 @@ impl Twin {
             limits: [(0, 0); 2],
             calibrated: true,
             held_back: [None; 2],
+            overshot: [None; 2],
             scan: None,
             selected: options.start.unit_id == 0,
             baud: options.start.baud,
@@ -221,7 +224,13 @@ impl Twin {
     /// Switches the unit off and on: volatile settings and the position are lost, the head stays where it is.
     pub fn power_cycle(&mut self, now: Instant) {
         self.advance(now);
-        self.power_off(self.now);
+        self.go_dark(self.now);
+    }
+
+    /// Takes the power away until the next [`Twin::power_cycle`].
+    pub fn power_off(&mut self, now: Instant) {
+        self.advance(now);
+        self.go_dark(Instant::MAX);
     }
 
     /// Adds a fault; an instant that has passed means now.

@@ -1,4 +1,4 @@
-//! `GD` and `GS`: the latest complete scan, once; the laser must be on. Protocol section 6.
+//! `GD`, `GS` and `GE`: the latest complete scan, once; the laser must be on. Protocol section 6.
 //!
 //! ```text
 //! GD 0044 0725 01 \n   ->  echo, 00P, stamp + sum, data lines, empty line
@@ -11,7 +11,7 @@ use crate::frame::Message;
 use crate::scan::{Coding, RawScan};
 use crate::status::{Command, Meaning};
 
-/// The request `GD` or `GS`, by the span's coding.
+/// The request `GD`, `GS` or `GE`, by the span's coding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MeasureOnce(pub Span);
 
@@ -20,7 +20,23 @@ pub(super) fn scan(message: &Message, span: &Span, remaining: u8) -> Result<RawS
     let mut lines = message.body();
     let stamp_ms = blocks::stamp(lines.next().unwrap_or_default())?;
     let (least, most) = span.value_counts();
-    let ranges = blocks::values(lines, span.coding.width(), most)?;
+    let (ranges, intensities) = if span.coding == Coding::WithIntensity {
+        let values = blocks::values(lines, Coding::ThreeCharacter.width(), 2 * most)?;
+        let pairs = values.chunks_exact(2);
+        if !pairs.remainder().is_empty() {
+            return Err(ReplyError::Length {
+                what: "last pair of distance and intensity",
+                expected: 2,
+                got: 1,
+            });
+        }
+        pairs
+            .filter_map(|pair| Some((*pair.first()?, *pair.last()?)))
+            .unzip()
+    } else {
+        let ranges = blocks::values(lines, span.coding.width(), most)?;
+        (ranges, Vec::new())
+    };
     if ranges.len() < least {
         return Err(ReplyError::ValueCount {
             expected: least,
@@ -32,6 +48,7 @@ pub(super) fn scan(message: &Message, span: &Span, remaining: u8) -> Result<RawS
         cluster: span.cluster.max(1),
         coding: span.coding,
         ranges,
+        intensities,
         stamp_ms,
         remaining,
     })
@@ -42,11 +59,7 @@ impl Request for MeasureOnce {
     const COMMAND: Command = Command::Single;
 
     fn line(&self) -> Vec<u8> {
-        let mnemonic = match self.0.coding {
-            Coding::TwoCharacter => "GS",
-            Coding::ThreeCharacter => "GD",
-        };
-        format!("{mnemonic}{}", self.0.digits()).into_bytes()
+        format!("G{}{}", self.0.coding.letter(), self.0.digits()).into_bytes()
     }
 
     fn parse(&self, message: &Message) -> Result<RawScan, ReplyError> {
@@ -97,6 +110,25 @@ mod tests {
             .to_bytes(),
             b"GS0044072501\n"
         );
+    }
+
+    /// 1000 mm is `0?X`; the request and its pairs.
+    #[test]
+    fn distance_and_intensity() {
+        let request = MeasureOnce(Span {
+            last_step: 45,
+            coding: Coding::WithIntensity,
+            ..FOUR
+        });
+        assert_eq!(request.to_bytes(), b"GE0044004501\n");
+        let scan = request.parse(&reply("GE0044004501", "0?X0nP007000"));
+        let scan = scan.expect("two pairs");
+        assert_eq!(
+            (scan.ranges, scan.intensities),
+            (vec![1000, 7], vec![4000, 0])
+        );
+        let odd = request.parse(&reply("GE0044004501", "0?X0nP007"));
+        assert!(matches!(odd, Err(ReplyError::Length { .. })));
     }
 
     #[test]

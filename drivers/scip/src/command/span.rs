@@ -1,4 +1,4 @@
-//! Which steps a scan covers and how its values are sent: common to `GD`, `GS`, `MD`, `MS`.
+//! Which steps a scan covers and how its values are sent: common to `GD`, `GS`, `GE`, `MD`, `MS`, `ME`.
 
 use crate::constants::{MAX_CLUSTER, MAX_STEP};
 use crate::error::SensorError;

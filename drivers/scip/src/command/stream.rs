@@ -1,4 +1,4 @@
-//! `MD` and `MS`: scans as they come. Protocol section 6.
+//! `MD`, `MS` and `ME`: scans as they come. Protocol section 6.
 //!
 //! ```text
 //! MD 0044 0725 01 0 00 \n  ->  exact echo, 00P                                acknowledged
@@ -12,10 +12,10 @@ use super::span::Span;
 use crate::constants::MAX_INTERVAL;
 use crate::error::{ReplyError, SensorError};
 use crate::frame::Message;
-use crate::scan::{Coding, RawScan};
+use crate::scan::RawScan;
 use crate::status::{Command, Meaning};
 
-/// The request `MD` or `MS`, by the span's coding.
+/// The request `MD`, `MS` or `ME`, by the span's coding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stream {
     /// Steps, cluster, coding.
@@ -67,11 +67,12 @@ impl Stream {
 
     /// All of the line but the two digits of the count.
     fn head(&self) -> String {
-        let mnemonic = match self.span.coding {
-            Coding::TwoCharacter => "MS",
-            Coding::ThreeCharacter => "MD",
-        };
-        format!("{mnemonic}{}{}", self.span.digits(), self.interval)
+        format!(
+            "M{}{}{}",
+            self.span.coding.letter(),
+            self.span.digits(),
+            self.interval
+        )
     }
 
     /// The count field of the echo, if the echo is this request's in all else.
@@ -126,6 +127,7 @@ impl Request for Stream {
 mod tests {
     use super::*;
     use crate::Instant;
+    use crate::scan::Coding;
 
     const PAIR: Stream = Stream {
         span: Span {

@@ -3,6 +3,7 @@
 use crate::Instant;
 use crate::command::info::Info;
 use crate::command::parameters::Parameters;
+use crate::command::setting::Setting;
 use crate::error::{ReplyError, SensorError, Shown};
 use crate::scan::RawScan;
 
@@ -78,6 +79,8 @@ pub enum Event {
     Stopped,
     /// The answer to a query.
     Info(Info),
+    /// The setting holds.
+    Applied(Setting),
     /// The request failed; the device is idle and another may be made.
     Failed(SensorError),
     /// The dialogue is over. Close the port, open it again with a growing pause, connect.
@@ -103,6 +106,20 @@ pub struct Identity {
     pub parameters: Parameters,
     /// `STAT` of `II`, the device's own words.
     pub status: String,
+}
+
+/// Models whose documents tell of intensity (protocol sections 6 and 10).
+const MODELS_WITH_INTENSITY: [&str; 3] = ["UTM-", "UST-", "UXM-"];
+
+impl Identity {
+    /// Whether the device is of a model that is known to measure intensity.
+    #[must_use]
+    pub fn has_intensity(&self) -> bool {
+        let names = [&self.model, &self.product];
+        MODELS_WITH_INTENSITY
+            .iter()
+            .any(|known| names.iter().any(|name| name.contains(known)))
+    }
 }
 
 /// Why a message was not taken.

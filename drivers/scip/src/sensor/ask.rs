@@ -1,4 +1,4 @@
-//! Short questions at idle: `II`, and one scan (`BM`, then `GD` or `GS`). Protocol section 6.
+//! Short requests at idle: `II`, settings, and one scan (`BM`, then `GD`, `GS` or `GE`). Protocol section 6.
 
 use super::action::{Event, Rejection};
 use super::dialogue::{Desk, Dialogue, Outcome};
@@ -7,6 +7,7 @@ use crate::Instant;
 use crate::command::Request;
 use crate::command::info::ReadInfo;
 use crate::command::laser::LaserOn;
+use crate::command::setting::Setting;
 use crate::command::single::MeasureOnce;
 use crate::error::{ReplyError, SensorError};
 use crate::frame::Message;
@@ -15,6 +16,7 @@ use crate::status::Meaning;
 #[derive(Debug, Clone, Copy)]
 enum Question {
     Info,
+    Setting(Setting),
     LaserOn(MeasureOnce),
     Scan(MeasureOnce),
 }
@@ -31,6 +33,13 @@ impl Asking {
         Self {
             question: Question::Info,
             exchange: Exchange::begin(&ReadInfo, now, desk),
+        }
+    }
+
+    pub(super) fn setting(setting: Setting, now: Instant, desk: &mut Desk) -> Self {
+        Self {
+            question: Question::Setting(setting),
+            exchange: Exchange::begin_with(setting.to_bytes(), setting.command(), now, desk),
         }
     }
 
@@ -51,6 +60,11 @@ impl Asking {
         Ok(match self.question {
             Question::Info => {
                 desk.tell(Event::Info(ReadInfo.parse(message)?));
+                Outcome::Idle
+            }
+            Question::Setting(setting) => {
+                setting.parse(message)?;
+                desk.tell(Event::Applied(setting));
                 Outcome::Idle
             }
             Question::LaserOn(request) => {

@@ -3,7 +3,8 @@
 //! ```text
 //! QT --00--> RS --> VV --> PP --> II --> connected
 //!  | E            SCIP 1.1: SCIP2.0 (answers 0 or 0E), then QT again
-//!  | 0E           time adjust: TM2, then QT again
+//!  | 0E, 10       time adjust (10 in SCIP 2.2): TM2, then QT again
+//!  | 0I           firmware update mode: RS, then QT again
 //!  | silence      SCIP2.0 once (old units fall silent), then give up
 //! ```
 //!
@@ -31,6 +32,7 @@ enum Step {
     Quit,
     Switch,
     LeaveTimeAdjust,
+    LeaveUpdate,
     Reset,
     Version,
     Parameters,
@@ -73,7 +75,7 @@ impl Connecting {
             Step::Quit => Exchange::begin(&Quit, now, desk),
             Step::Switch => Exchange::begin(&SwitchProtocol, now, desk),
             Step::LeaveTimeAdjust => Exchange::begin(&LeaveTimeAdjust, now, desk),
-            Step::Reset => Exchange::begin(&Reset, now, desk),
+            Step::LeaveUpdate | Step::Reset => Exchange::begin(&Reset, now, desk),
             Step::Version => Exchange::begin(&ReadVersion, now, desk),
             Step::Parameters => Exchange::begin(&ReadParameters, now, desk),
             Step::Info => Exchange::begin(&ReadInfo, now, desk),
@@ -96,8 +98,13 @@ impl Connecting {
             Some(seen @ Meaning::OldProtocol) if self.step != Step::Switch => {
                 self.change_mode(Step::Switch, seen, now, desk)
             }
-            Some(seen @ Meaning::Undefined) if self.step != Step::LeaveTimeAdjust => {
+            Some(seen @ (Meaning::Undefined | Meaning::Denied))
+                if self.step != Step::LeaveTimeAdjust =>
+            {
                 self.change_mode(Step::LeaveTimeAdjust, seen, now, desk)
+            }
+            Some(seen @ Meaning::FirmwareUpdate) => {
+                self.change_mode(Step::LeaveUpdate, seen, now, desk)
             }
             _ => match self.exchange.unusable(error, now, desk) {
                 Ok(()) => Outcome::Continue,
@@ -167,6 +174,10 @@ impl Connecting {
             }
             Step::LeaveTimeAdjust => {
                 LeaveTimeAdjust.parse(message)?;
+                self.go(Step::Quit, now, desk)
+            }
+            Step::LeaveUpdate => {
+                Reset.parse(message)?;
                 self.go(Step::Quit, now, desk)
             }
             Step::Reset => {

@@ -24,12 +24,21 @@ pub(super) struct Exchange {
 impl Exchange {
     /// Sends `request` for the first time.
     pub(super) fn begin<R: Request>(request: &R, now: Instant, desk: &mut Desk) -> Self {
-        let bytes = request.to_bytes();
+        Self::begin_with(request.to_bytes(), R::COMMAND, now, desk)
+    }
+
+    /// Sends the bytes of a request of `command` for the first time.
+    pub(super) fn begin_with(
+        bytes: Vec<u8>,
+        command: Command,
+        now: Instant,
+        desk: &mut Desk,
+    ) -> Self {
         desk.send(bytes.clone());
         let timeout = desk.options.reply_timeout;
         Self {
             bytes,
-            command: R::COMMAND,
+            command,
             timeout,
             attempts_made: 1,
             attempts_allowed: desk.options.attempts.max(1),

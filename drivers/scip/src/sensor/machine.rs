@@ -12,16 +12,18 @@ use crate::Instant;
 use crate::command::Request;
 use crate::command::laser::Quit;
 use crate::command::parameters::Parameters;
+use crate::command::setting::Setting;
 use crate::command::single::MeasureOnce;
 use crate::command::span::Span;
 use crate::error::SensorError;
 use crate::frame::{Framer, Message};
+use crate::scan::Coding;
 
 /// The dialogue with one sensor. One input ([`handle_bytes`](Self::handle_bytes),
 /// [`handle_deadline`](Self::handle_deadline) or a request), then drain [`poll_action`](Self::poll_action), then the next.
 ///
 /// Requests are answered by events: `connect` by `Connected`; `exchange_time` by `TimeSample`s and `TimeExchanged`;
-/// `start_streaming` by `Streaming` and `Scan`s; `query_info` by `Info`; `single` by `Scan`; `stop` by `Stopped`. Instead of
+/// `start_streaming` by `Streaming` and `Scan`s; `query_info` by `Info`; `apply` by `Applied`; `single` by `Scan`; `stop` by `Stopped`. Instead of
 /// each there may come `Failed` (idle again) or `Fault` (close the port, connect anew).
 #[derive(Debug)]
 pub struct Sensor {
@@ -130,10 +132,12 @@ impl Sensor {
     /// Streams scans until [`stop`](Self::stop).
     ///
     /// # Errors
-    /// [`SensorError::NotReady`] unless idle, [`SensorError::Plan`] for a plan that cannot be asked for.
+    /// [`SensorError::NotReady`] unless idle, [`SensorError::Plan`] for a plan that cannot be asked for,
+    /// [`SensorError::Unsupported`] for intensity of a model not known to have it.
     pub fn start_streaming(&mut self, plan: StreamPlan, now: Instant) -> Result<(), SensorError> {
         let parameters = self.idle_parameters("streaming")?;
         let request = plan.request()?;
+        self.supports(plan.coding)?;
         let period = parameters.scan_period() * (u32::from(plan.interval) + 1);
         self.phase = Phase::Busy(Box::new(Streaming::begin(
             request,
@@ -157,11 +161,23 @@ impl Sensor {
     /// Takes one scan. The laser stays on until [`stop`](Self::stop).
     ///
     /// # Errors
-    /// [`SensorError::NotReady`] unless idle, [`SensorError::Plan`] for a span that cannot be asked for.
+    /// [`SensorError::NotReady`] unless idle, [`SensorError::Plan`] for a span that cannot be asked for,
+    /// [`SensorError::Unsupported`] for intensity of a model not known to have it.
     pub fn single(&mut self, span: Span, now: Instant) -> Result<(), SensorError> {
         self.idle_parameters("a single scan")?;
         let request = MeasureOnce(span.checked()?);
+        self.supports(span.coding)?;
         self.phase = Phase::Busy(Box::new(Asking::scan(request, now, &mut self.desk)));
+        Ok(())
+    }
+
+    /// Makes a setting.
+    ///
+    /// # Errors
+    /// [`SensorError::NotReady`] unless idle.
+    pub fn apply(&mut self, setting: Setting, now: Instant) -> Result<(), SensorError> {
+        self.idle_parameters("a setting")?;
+        self.phase = Phase::Busy(Box::new(Asking::setting(setting, now, &mut self.desk)));
         Ok(())
     }
 
@@ -184,6 +200,18 @@ impl Sensor {
             (Phase::Faulted, _) => "at fault",
         };
         Err(SensorError::NotReady { request, state })
+    }
+
+    fn supports(&self, coding: Coding) -> Result<(), SensorError> {
+        match &self.desk.identity {
+            Some(identity) if coding == Coding::WithIntensity && !identity.has_intensity() => {
+                Err(SensorError::Unsupported {
+                    what: "intensity",
+                    model: identity.model.clone(),
+                })
+            }
+            _ => Ok(()),
+        }
     }
 
     fn conclude(&mut self, outcome: Outcome) {

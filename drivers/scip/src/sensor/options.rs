@@ -23,6 +23,9 @@ pub struct SensorOptions {
     pub reset_on_connect: bool,
     /// Periods without data before the stream is restarted (protocol section 14).
     pub silent_periods: u32,
+    /// Least time without data that is silence, whatever the period: three turns of a URG. A sensor that sends every
+    /// 25 ms over a busy host is late more often than it is silent.
+    pub least_silence: Duration,
     /// How fast the link is, if it is slower than the scans (RS-232C: bit rate / 10). `None`: USB, network.
     pub link_bytes_per_second: Option<u32>,
     /// How long the device may verify an error (status 21 to 49). Not in the protocol; a URG's own start takes less.
@@ -52,6 +55,7 @@ impl Default for SensorOptions {
             mode_changes: 4,
             reset_on_connect: true,
             silent_periods: 3,
+            least_silence: Duration::from_millis(300),
             link_bytes_per_second: None,
             verify_timeout: Duration::from_secs(10),
             damaged_in_a_row: 10,
@@ -79,12 +83,14 @@ pub struct StreamPlan {
     pub interval: u8,
     /// Characters per value.
     pub coding: Coding,
+    /// Scans wanted, 1 to 99; 0: until stopped.
+    pub count: u8,
 }
 
 impl StreamPlan {
-    /// The request of this plan, with count 00: endless. A finite count, re-armed, would bound what a crashed host
-    /// leaves behind, but loses a scan or more at each re-arming, a hole in the sweep every ten seconds; and a device
-    /// left streaming is no harm, for connecting begins with `QT`.
+    /// The request of this plan. Sweeps ask without end: a finite count, re-armed, would bound what a crashed host leaves
+    /// behind, but loses a scan or more at each re-arming, a hole in the sweep every ten seconds; and a device left
+    /// streaming is no harm, for connecting begins with `QT`.
     pub(super) fn request(&self) -> Result<Stream, SensorError> {
         let span = Span {
             first_step: self.first_step,
@@ -95,7 +101,7 @@ impl StreamPlan {
         Stream {
             span,
             interval: self.interval,
-            count: 0,
+            count: self.count,
         }
         .checked()
     }

@@ -38,6 +38,8 @@ enum Stage {
 #[derive(Debug)]
 pub(super) struct Streaming {
     request: Stream,
+    /// Scans still wanted of a counted stream; 0 of an endless one.
+    left: u8,
     data_timeout: Duration,
     stage: Stage,
     continuity: Continuity,
@@ -63,9 +65,11 @@ impl Streaming {
             });
         Self {
             request,
+            left: request.count,
             data_timeout: period
                 .max(on_the_wire)
-                .saturating_mul(desk.options.silent_periods.max(1)),
+                .saturating_mul(desk.options.silent_periods.max(1))
+                .max(desk.options.least_silence),
             stage: Stage::Arming(Exchange::begin(&request, now, desk)),
             continuity: Continuity::new(period, &desk.options),
             damaged_in_a_row: 0,
@@ -203,6 +207,11 @@ impl Streaming {
                 };
             }
         }
+        let last = self.request.count > 0 && scan.remaining == 0;
+        if self.request.count > 0 {
+            // What a restart asks for again.
+            self.left = scan.remaining;
+        }
         self.damaged_in_a_row = 0;
         self.good_since_restart = self.good_since_restart.saturating_add(1);
         if self.good_since_restart >= desk.options.recovered_after {
@@ -218,6 +227,10 @@ impl Streaming {
             first_byte_at,
             last_byte_at,
         });
+        if last {
+            desk.tell(Event::Stopped);
+            return Outcome::Idle;
+        }
         Outcome::Continue
     }
 
@@ -271,6 +284,7 @@ impl Streaming {
                         self.timer_reset = true;
                     }
                 }
+                self.request.count = self.left;
                 let request = self.request;
                 self.stage = Stage::Arming(Exchange::begin(&request, now, desk));
                 Outcome::Continue

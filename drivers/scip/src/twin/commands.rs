@@ -1,31 +1,22 @@
-//! The answers to requests (protocol section 6), one function per command that does more than tell.
+//! The answers to requests (protocol section 6). What measures stands in `measuring`, what sets in `settings`.
 
-use super::constants::{
-    BAUD_OF_OTHER_MODELS, BAUDS, HARDWARE_STATUS, MAX_SPEED_LEVEL, REPLY_SPREAD, TM_REPLY,
-    TM_SPREAD,
-};
+use super::constants::{REBOOT_AFTER, REBOOT_TWICE_WITHIN, REPLY_SPREAD, TM_REPLY, TM_SPREAD};
 use super::engine::Twin;
 use super::fault::Fault;
 use super::identity::{self, Condition};
-use super::request::{Command, Request, decimal};
-use super::scanning::Window;
-use super::state::{Malfunction, Protocol, Rehearsal, State, Status, Stream};
+use super::request::{Command, Request};
+use super::state::{Protocol, State, Status};
 use super::surroundings::Surroundings;
 use super::{Instant, wire};
 
 /// What a command came to.
-enum Answer {
+pub(super) enum Answer {
     /// A status and nothing else.
     Status(Status),
     /// Status 00 and these lines.
     Lines(Vec<u8>),
     /// Status 00 and the lines of a scan.
     Scan(Vec<u8>),
-}
-
-/// 00, or the number of what is wrong.
-fn done_or(wrong: Option<u8>) -> Status {
-    wrong.map_or(Status::DONE, Status::number)
 }
 
 impl Twin {
@@ -45,6 +36,14 @@ impl Twin {
         if self.state.protocol == Protocol::Scip1 {
             let reply = self.scip1_reply(request);
             return self.emit(reply, t, t + delay, false);
+        }
+        if request.is_foreign_measurement(self.options.profile.generation)
+            && self.faults.happens(Fault::Deafened, t)
+        {
+            self.state.deaf = true;
+        }
+        if self.state.deaf {
+            return self.out.lose();
         }
         let baud = self.out.baud();
         let answer = match self.carry_out(request, duplicate, t, surroundings) {
@@ -95,10 +94,23 @@ impl Twin {
         t: Instant,
         surroundings: &mut dyn Surroundings,
     ) -> Result<Answer, Status> {
-        if self.state.time_adjust && !request.is_time() {
+        let generation = self.options.profile.generation;
+        let ethernet = generation.is_ethernet();
+        if self.state.time_adjust && !request.is_time() && !ethernet {
             return Err(Status::UNDEFINED);
         }
-        let command = request.command()?;
+        if self.state.firmware_update && !matches!(request.body(), b"VV" | b"II" | b"RS") {
+            return Err(if request.line() == b"SCIP2.0" {
+                Status::UNDEFINED
+            } else {
+                Status::FIRMWARE_UPDATE
+            });
+        }
+        let command = request.command(generation)?;
+        let allowed = request.is_time() || command.is_question() || command == Command::Reset;
+        if self.state.time_adjust && !allowed {
+            return Err(Status::DENIED);
+        }
         if duplicate {
             return Err(Status::BUFFER_SHORTAGE);
         }
@@ -107,6 +119,7 @@ impl Twin {
         let status = match command {
             Command::Version => {
                 identity::push_version(&mut lines, &self.options.profile);
+                self.faults.spoil_version(&mut lines, t);
                 return Ok(Answer::Lines(lines));
             }
             Command::Parameters => {
@@ -120,12 +133,24 @@ impl Twin {
             }
             Command::Time => return self.time(parameters, t),
             Command::Latest => return self.latest(request, t, surroundings),
+            Command::State => {
+                wire::push_summed(&mut lines, self.state_digits(t));
+                return Ok(Answer::Lines(lines));
+            }
             Command::LaserOn => self.laser_on_command(t),
             Command::Quit => {
                 self.state.stop();
+                self.state.asleep = false;
+                Status::DONE
+            }
+            Command::Sleep => {
+                self.state.stop();
+                self.state.asleep = true;
                 Status::DONE
             }
             Command::Reset => self.reset(t),
+            Command::SoftReset => self.soft_reset(t),
+            Command::Reboot => self.reboot(t),
             Command::BitRate => self.bit_rate(parameters),
             Command::MotorSpeed => self.motor_speed(parameters, t),
             Command::Sensitivity => self.sensitivity(parameters)?,
@@ -142,26 +167,29 @@ impl Twin {
             sensitive: self.state.sensitive,
             baud: self.out.baud(),
             timer: self.timer.at(t),
+            firmware_update: self.state.firmware_update,
             trouble: self.faults.happens(Fault::TroubleStat, t)
                 || self.state.malfunction_at(t).is_some(),
         }
     }
 
     fn time(&mut self, parameters: &[u8], t: Instant) -> Result<Answer, Status> {
+        let answers_always = self.options.profile.generation.is_ethernet();
         let status = match (parameters, self.state.time_adjust) {
+            (b"0", false) if answers_always && self.state.stream.is_some() => Status::DENIED,
             (b"0", false) => {
                 self.state.stop();
                 self.state.time_adjust = true;
                 Status::DONE
             }
             (b"0", true) => Status::number(2),
-            (b"1", true) => {
+            (b"1", adjusting) if adjusting || answers_always => {
                 let (mut time, mut lines) = (Vec::new(), Vec::new());
                 wire::push_number(&mut time, self.timer.at(t), 4);
                 wire::push_summed(&mut lines, &time);
                 return Ok(Answer::Lines(lines));
             }
-            (b"1", false) => Status::number(4),
+            (b"1", _) => Status::number(4),
             (b"2", true) => {
                 self.state.time_adjust = false;
                 Status::DONE
@@ -173,6 +201,9 @@ impl Twin {
     }
 
     fn laser_on_command(&mut self, t: Instant) -> Status {
+        if self.state.asleep {
+            return Status::DENIED;
+        }
         if self.state.malfunction_at(t).is_some() {
             return Status::number(1);
         }
@@ -183,11 +214,17 @@ impl Twin {
         Status::DONE
     }
 
-    /// Laser off, motor, sensitivity and bit rate to default, timer to zero. What the power-up alone forgets stays.
+    /// Laser off, motor, sensitivity and bit rate to default, timer to zero. What the power-up alone forgets stays; the
+    /// firmware update mode ends (section 5).
     fn reset(&mut self, t: Instant) -> Status {
         if self.state.speed_level != 0 {
             self.motor.set_speed(self.options.profile.speed_rpm, t);
         }
+        self.restart(t);
+        Status::DONE
+    }
+
+    fn restart(&mut self, t: Instant) {
         self.state = State {
             protocol: Protocol::Scip2,
             malfunction: self.state.malfunction,
@@ -196,150 +233,48 @@ impl Twin {
         };
         self.timer.reset(t);
         self.out.reset_baud();
-        Status::DONE
     }
 
-    fn bit_rate(&mut self, parameters: &[u8]) -> Status {
-        let wrong = match decimal(parameters) {
-            None => Some(1),
-            Some(_) if self.options.profile.usb_only_text.is_some() => Some(4),
-            Some(baud) if baud == BAUD_OF_OTHER_MODELS => Some(4),
-            Some(baud) if !BAUDS.contains(&baud) => Some(2),
-            Some(baud) if baud == self.out.baud() => Some(3),
-            Some(baud) => {
-                self.out.set_baud(baud);
-                None
-            }
-        };
-        done_or(wrong)
-    }
-
-    /// 00 and 99 both mean the nominal speed.
-    fn motor_speed(&mut self, parameters: &[u8], t: Instant) -> Status {
-        let level = match decimal(parameters) {
-            None => return Status::number(1),
-            Some(99) => 0,
-            Some(level) => level,
-        };
-        let Some(level) = u8::try_from(level)
-            .ok()
-            .filter(|level| *level <= MAX_SPEED_LEVEL)
-        else {
-            return Status::number(2);
-        };
-        if level == self.state.speed_level {
-            return Status::number(3);
-        }
+    /// `RT`: as `RS`, but motor and bit rate stay (section 6).
+    fn soft_reset(&mut self, t: Instant) -> Status {
+        let (level, baud) = (self.state.speed_level, self.out.baud());
+        self.restart(t);
         self.state.speed_level = level;
-        self.motor
-            .set_speed(identity::speed_rpm(&self.options.profile, level), t);
+        self.out.set_baud(baud);
         Status::DONE
     }
 
-    fn sensitivity(&mut self, parameters: &[u8]) -> Result<Status, Status> {
-        if !self.options.profile.high_sensitivity {
-            return Err(Status::TOO_FEW_PARAMETERS);
+    /// `RB`: the first is refused with 01, a second within a second starts the sensor anew (section 10).
+    fn reboot(&mut self, t: Instant) -> Status {
+        let twice = self
+            .state
+            .reboot_asked
+            .replace(t)
+            .is_some_and(|first| t.saturating_sub(first) <= REBOOT_TWICE_WITHIN);
+        if !twice {
+            return Status::number(1);
         }
-        let sensitive = match parameters {
-            b"0" => false,
-            b"1" => true,
-            _ => return Ok(Status::number(1)),
-        };
-        if sensitive == self.state.sensitive {
-            return Ok(Status::number(2));
-        }
-        self.state.sensitive = sensitive;
-        Ok(Status::DONE)
+        self.state.reboot_at = Some(t.saturating_add(REBOOT_AFTER));
+        Status::DONE
     }
 
-    /// `DB`: what is played is told in [`Rehearsal`]. 01, which plays a SCIP1.1 sensor, is not supported.
-    fn rehearse(&mut self, parameters: &[u8], t: Instant) -> Result<Status, Status> {
-        if !self.options.profile.rehearsals {
-            return Err(Status::UNDEFINED);
+    /// `%ST`: the state as three digits (section 10).
+    fn state_digits(&self, t: Instant) -> &'static [u8; 3] {
+        let state = &self.state;
+        if state.malfunction_at(t).is_some() {
+            b"900"
+        } else if state.reboot_at.is_some() {
+            b"001"
+        } else if state.time_adjust {
+            b"002"
+        } else if state.asleep {
+            b"005"
+        } else if state.stream.is_some() {
+            b"004"
+        } else if state.laser {
+            b"003"
+        } else {
+            b"000"
         }
-        let malfunction = self.state.malfunction_at(t);
-        if malfunction.is_some_and(|malfunction| !malfunction.rehearsed) {
-            return Ok(Status::number(5));
-        }
-        let rehearsal = match parameters {
-            b"01" => return Ok(Status::number(4)),
-            b"02" => Rehearsal::Malfunction,
-            b"03" => Rehearsal::Recovers,
-            b"04" => Rehearsal::Fails,
-            b"05" => Rehearsal::FailsAtOnce,
-            b"10" => {
-                let over = self.state.rehearsal.take().is_none();
-                self.state.malfunction = None;
-                return Ok(done_or(over.then_some(3)));
-            }
-            _ => return Ok(Status::number(1)),
-        };
-        if self.state.rehearsal == Some(rehearsal) {
-            return Ok(Status::number(2));
-        }
-        self.state.rehearsal = Some(rehearsal);
-        if rehearsal == Rehearsal::Malfunction {
-            self.fail(
-                Malfunction {
-                    status: HARDWARE_STATUS,
-                    until: None,
-                    rehearsed: true,
-                },
-                t,
-            );
-        }
-        Ok(Status::DONE)
-    }
-
-    fn latest(
-        &mut self,
-        request: &Request,
-        t: Instant,
-        surroundings: &mut dyn Surroundings,
-    ) -> Result<Answer, Status> {
-        let window = Window::parse(request.parameters(), request.two_characters())?;
-        if let Some(malfunction) = self.state.malfunction_at(t) {
-            return Err(Status::number(malfunction.status));
-        }
-        if !self.state.laser {
-            return Err(Status::LASER_OFF);
-        }
-        let mut lines = Vec::new();
-        window.push_scan(
-            &mut lines,
-            self.measure(self.motor.revolution_at(t), t, surroundings),
-        );
-        Ok(Answer::Scan(lines))
-    }
-
-    fn start_stream(&mut self, request: &Request, t: Instant) -> Result<Status, Status> {
-        let parameters = request.parameters();
-        let window = Window::parse(parameters, request.two_characters())?;
-        let number = |from: usize, to: usize, status: u8| {
-            parameters
-                .get(from..to)
-                .and_then(decimal)
-                .ok_or(Status::number(status))
-        };
-        let interval = number(10, 11, 6)?;
-        let count = number(11, 13, 7)?;
-        if let Some(malfunction) = self.state.malfunction_at(t) {
-            return Err(Status::number(malfunction.status));
-        }
-        if self.state.stream.is_some() {
-            return Err(Status::BUFFER_SHORTAGE);
-        }
-        self.state.laser = true;
-        self.state.stream = Some(Stream {
-            head: request.body().get(..13).unwrap_or_default().to_vec(),
-            tail: request.tail().to_vec(),
-            window,
-            interval: u64::from(interval),
-            count,
-            sent: 0,
-            next_revolution: self.motor.revolution_at(t) + 1,
-            pause: None,
-        });
-        Ok(Status::DONE)
     }
 }

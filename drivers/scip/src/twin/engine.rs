@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::Instant;
-use super::constants::{GARBAGE_BYTES, LAST_STEP, MAX_PENDING, TM_LATENCY};
+use super::constants::{ETHERNET_TICK, FLOOD_BYTES, GARBAGE_BYTES, MAX_PENDING, TM_LATENCY};
 use super::fault::{Fault, FaultBoard, FaultSpec};
 use super::motor::Motor;
 use super::noise::Noise;
@@ -29,12 +29,13 @@ struct Pending {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Work {
     Fault,
+    Reboot,
     Scan,
     EndOfPause,
     Command,
 }
 
-/// A URG-04LX in virtual time.
+/// A sensor in virtual time.
 ///
 /// Call [`advance`](Self::advance) up to the present before [`handle_bytes`](Self::handle_bytes), and poll after both.
 /// Instants never go back: an earlier one counts as the latest seen.
@@ -65,7 +66,7 @@ impl Twin {
             state: State::found(&options),
             scan: None,
             faults: FaultBoard::default(),
-            out: Transmitter::new(options.link),
+            out: Transmitter::new(options.link, options.profile.generation.has_intensity()),
             input: LineReader::default(),
             pending: VecDeque::new(),
             taken: now,
@@ -118,6 +119,7 @@ impl Twin {
         while let Some((t, work)) = self.next_work().filter(|(t, _)| *t <= self.now) {
             match work {
                 Work::Fault => self.happen(t),
+                Work::Reboot => self.power_up(t),
                 Work::Scan => self.send_scan(t, surroundings),
                 Work::EndOfPause => self.end_pause(t),
                 Work::Command => self.take_command(t, surroundings),
@@ -188,10 +190,14 @@ impl Twin {
 
     fn next_work(&self) -> Option<(Instant, Work)> {
         let fault = self.faults.next_event().map(|at| (at, Work::Fault));
+        let reboot = self.state.reboot_at.map(|at| (at, Work::Reboot));
         let stream = self.state.stream.as_ref().map(|stream| match stream.pause {
             Some(pause) => (pause.until, Work::EndOfPause),
             None => (
-                self.motor.step_of(stream.next_revolution, LAST_STEP as u64),
+                self.motor.step_of(
+                    stream.next_revolution,
+                    u64::from(self.options.profile.max_step),
+                ),
                 Work::Scan,
             ),
         });
@@ -200,7 +206,7 @@ impl Twin {
             .front()
             .map(|pending| (self.due(pending), Work::Command));
         // At the same instant the order of this list decides.
-        [fault, stream, command]
+        [fault, reboot, stream, command]
             .into_iter()
             .flatten()
             .min_by_key(|(t, _)| *t)
@@ -212,6 +218,8 @@ impl Twin {
             earliest
         } else if pending.request.is_time() {
             earliest + TM_LATENCY
+        } else if self.options.profile.generation.is_ethernet() {
+            next_tick(earliest)
         } else {
             self.motor.tick_after(earliest)
         }
@@ -241,20 +249,34 @@ impl Twin {
                 let burst: Vec<u8> = (0..GARBAGE_BYTES).map(|_| self.noise.byte()).collect();
                 self.emit(burst, t, t, false);
             }
+            Some((Fault::Flood, _)) => self.emit(vec![0xFF; FLOOD_BYTES], t, t, false),
+            Some((Fault::EndlessLine, _)) => self.emit(vec![b'0'; FLOOD_BYTES], t, t, false),
             Some((Fault::Hardware { status }, lasting)) => {
                 let until = lasting.and_then(|lasting| t.checked_add(lasting));
-                self.fail(
-                    Malfunction {
-                        status,
-                        until,
-                        rehearsed: false,
-                    },
-                    t,
-                );
+                let malfunction = Malfunction {
+                    status,
+                    until,
+                    rehearsed: false,
+                };
+                self.fail(malfunction, t);
             }
             Some((Fault::BrownOut, _)) => self.power_up(t),
             Some((Fault::TimerJump { by_ms }, _)) => self.timer.jump(by_ms, t),
-            _ => {}
+            Some((Fault::TimerSet { to_ms }, _)) => self.timer.set(to_ms, t),
+            Some((fault, _)) => self.be_left(fault, t),
+            None => {}
+        }
+    }
+
+    /// The state in which another host, or a half-done update, leaves the sensor.
+    fn be_left(&mut self, fault: Fault, t: Instant) {
+        self.state.stop();
+        self.state.protocol = Protocol::Scip2;
+        self.state.time_adjust = fault == Fault::LeftInTimeAdjust;
+        self.state.firmware_update = fault == Fault::FirmwareUpdate;
+        if fault == Fault::LeftStreaming {
+            let next = self.motor.revolution_at(t) + 1;
+            self.state.stream_on(&self.options, next);
         }
     }
 
@@ -273,5 +295,17 @@ impl Twin {
 /// The motor by the host's clock: both the motor and the timer that paces it run fast.
 fn motor(options: &TwinOptions, start: Instant) -> Motor {
     let rate = (1.0 + options.motor_rate_error) * (1.0 + options.clock_rate_error);
-    Motor::new(start, options.profile.speed_rpm, rate)
+    Motor::new(
+        start,
+        options.profile.speed_rpm,
+        rate,
+        options.profile.steps_per_revolution,
+    )
+}
+
+/// The first tick of an Ethernet model after `t`.
+fn next_tick(t: Instant) -> Instant {
+    let tick = ETHERNET_TICK.as_nanos();
+    let next = (t.as_nanos() / tick + 1) * tick;
+    Instant::from_nanos(u64::try_from(next).unwrap_or(u64::MAX))
 }

@@ -1,28 +1,45 @@
 //! Who the sensor says it is: `VV`, `PP`, `II` and the `V` of SCIP1.1 (protocol sections 6, 9 and 12).
 
 use super::constants::{DEFAULT_BAUD, RPM_PER_LEVEL};
-use super::profile::{Profile, Scip1Lines, VENDOR};
-use super::wire::push_keyed;
+use super::profile::{Generation, Profile, Scip1Lines};
+use super::wire::{push_keyed, push_number};
+
+/// Collects `KEY:value;` lines with the sums of one profile.
+struct Lines<'a> {
+    out: &'a mut Vec<u8>,
+    profile: &'a Profile,
+}
+
+impl Lines<'_> {
+    fn push(&mut self, key: &str, value: impl std::fmt::Display) {
+        push_keyed(self.out, &format!("{key}:{value}"), self.profile.keyed_sum);
+    }
+}
 
 /// The lines of `VV`.
 pub(super) fn push_version(out: &mut Vec<u8>, profile: &Profile) {
-    push_keyed(out, &format!("VEND:{VENDOR}"));
-    push_keyed(out, &format!("PROD:{}", profile.product));
-    push_keyed(out, &format!("FIRM:{}", profile.firmware));
-    push_keyed(out, "PROT:SCIP 2.0");
-    push_keyed(out, &format!("SERI:{}", profile.serial));
+    let mut lines = Lines { out, profile };
+    lines.push("VEND", profile.vendor);
+    lines.push("PROD", profile.product);
+    lines.push("FIRM", &profile.firmware);
+    lines.push("PROT", profile.protocol);
+    lines.push("SERI", &profile.serial);
 }
 
-/// The lines of `PP`.
+/// The lines of `PP`; Ethernet models tell their protocol too.
 pub(super) fn push_parameters(out: &mut Vec<u8>, profile: &Profile) {
-    push_keyed(out, &format!("MODL:{}", profile.model));
-    push_keyed(out, &format!("DMIN:{}", profile.min_range_mm));
-    push_keyed(out, &format!("DMAX:{}", profile.max_range_mm));
-    push_keyed(out, &format!("ARES:{}", profile.steps_per_revolution));
-    push_keyed(out, &format!("AMIN:{}", profile.first_step));
-    push_keyed(out, &format!("AMAX:{}", profile.last_step));
-    push_keyed(out, &format!("AFRT:{}", profile.front_step));
-    push_keyed(out, &format!("SCAN:{}", profile.speed_rpm));
+    let mut lines = Lines { out, profile };
+    lines.push("MODL", profile.model);
+    lines.push("DMIN", profile.min_range_mm);
+    lines.push("DMAX", profile.max_range_mm);
+    if profile.generation.is_ethernet() {
+        lines.push("PROT", profile.protocol);
+    }
+    lines.push("ARES", profile.steps_per_revolution);
+    lines.push("AMIN", profile.first_step);
+    lines.push("AMAX", profile.last_step);
+    lines.push("AFRT", profile.front_step);
+    lines.push("SCAN", profile.speed_rpm);
 }
 
 /// What `II` tells besides the model.
@@ -33,60 +50,65 @@ pub(super) struct Condition {
     pub(super) baud: u32,
     pub(super) timer: u32,
     pub(super) trouble: bool,
+    pub(super) firmware_update: bool,
 }
 
 /// The lines of `II`. How a changed speed or bit rate is worded is not known: the plain value stands then.
 pub(super) fn push_condition(out: &mut Vec<u8>, profile: &Profile, condition: &Condition) {
-    push_keyed(out, &format!("MODL:{}", profile.model));
-    push_keyed(
-        out,
-        if condition.laser {
-            "LASR:ON"
-        } else {
-            "LASR:OFF"
-        },
-    );
-    if condition.speed_level == 0 {
-        push_keyed(
-            out,
-            &format!(
-                "SCSP:Initial({}[rpm])<-Default setting by user",
+    let ethernet = profile.generation.is_ethernet();
+    let mut lines = Lines { out, profile };
+    lines.push("MODL", profile.model);
+    lines.push("LASR", if condition.laser { "ON" } else { "OFF" });
+    if ethernet {
+        lines.push("SCSP", profile.speed_rpm);
+    } else if condition.speed_level == 0 {
+        lines.push(
+            "SCSP",
+            format!(
+                "Initial({}[rpm])<-Default setting by user",
                 profile.speed_rpm
             ),
         );
     } else {
-        push_keyed(
-            out,
-            &format!("SCSP:{}[rpm]", speed_rpm(profile, condition.speed_level)),
-        );
+        let rpm = speed_rpm(profile, condition.speed_level);
+        lines.push("SCSP", format!("{rpm}[rpm]"));
     }
-    push_keyed(
-        out,
-        match (condition.laser, condition.sensitive) {
-            (false, _) => "MESM:IDLE",
-            (true, false) => "MESM:CLASSIC",
-            (true, true) => "MESM:Measuring by Sensitive Mode",
-        },
-    );
+    lines.push("MESM", mode(profile.generation, condition));
     match profile.usb_only_text {
-        Some(text) => push_keyed(out, &format!("SBPS:{text}")),
-        None if condition.baud == DEFAULT_BAUD => {
-            push_keyed(
-                out,
-                &format!("SBPS:{DEFAULT_BAUD}[bps]<-Default setting by user"),
-            );
-        }
-        None => push_keyed(out, &format!("SBPS:{}[bps]", condition.baud)),
+        Some(text) => lines.push("SBPS", text),
+        None if condition.baud == DEFAULT_BAUD => lines.push(
+            "SBPS",
+            format!("{DEFAULT_BAUD}[bps]<-Default setting by user"),
+        ),
+        None => lines.push("SBPS", format!("{}[bps]", condition.baud)),
     }
-    push_keyed(out, &format!("TIME:{:06X}", condition.timer));
-    push_keyed(
-        out,
-        if condition.trouble {
-            "STAT:Trouble!! Error No. =[00->33]"
-        } else {
-            "STAT:Sensor works well."
+    if ethernet {
+        let mut time = Vec::new();
+        push_number(&mut time, condition.timer, 4);
+        lines.push("TIME", String::from_utf8_lossy(&time));
+    } else {
+        lines.push("TIME", format!("{:06X}", condition.timer));
+    }
+    lines.push(
+        "STAT",
+        match (condition.trouble, profile.generation) {
+            (true, _) => "Trouble!! Error No. =[00->33]",
+            (false, Generation::Ethernet) => "sensor is working normally",
+            (false, _) => "Sensor works well.",
         },
     );
+    if condition.firmware_update {
+        lines.push("UDST", "F/W update mode (CPU clock is 6MHz)");
+    }
+}
+
+/// `MESM`. The words of the UTM are not on record: those of the URG stand.
+fn mode(generation: Generation, condition: &Condition) -> &'static str {
+    match (condition.laser, condition.sensitive, generation) {
+        (_, _, Generation::Ethernet) | (true, true, _) => "Measuring by Sensitive Mode",
+        (false, ..) => "IDLE",
+        (true, false, _) => "CLASSIC",
+    }
 }
 
 /// The motor's speed at a level of `CR`.
@@ -99,8 +121,13 @@ pub(super) fn speed_rpm(profile: &Profile, level: u8) -> u32 {
 /// The lines of the SCIP1.1 `V`; no sums.
 pub(super) fn push_scip1_version(out: &mut Vec<u8>, profile: &Profile, lines: &Scip1Lines) {
     let text = format!(
-        "VEND:{VENDOR}\nPROD:{}\n{}\n{}\nSERI:{}\n{}\n",
-        profile.product, lines.firmware, lines.protocol, profile.serial, lines.status
+        "VEND:{}\nPROD:{}\n{}\n{}\nSERI:{}\n{}\n",
+        profile.vendor,
+        profile.product,
+        lines.firmware,
+        lines.protocol,
+        profile.serial,
+        lines.status
     );
     out.extend_from_slice(text.as_bytes());
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::Instant;
-use super::constants::{STEPS_PER_REVOLUTION, TICK_PERMILLE};
+use super::constants::TICK_PERMILLE;
 
 /// A stretch of even turning: from revolution `first` on, each takes `period_ps`.
 #[derive(Debug, Clone, Copy)]
@@ -28,11 +28,13 @@ pub(super) struct Motor {
     now: Turning,
     next: Option<Turning>,
     rate: f64,
+    steps: u32,
 }
 
 impl Motor {
-    /// A motor that passes step 0 of revolution 0 at `start`; it turns `rate` times as fast as it is told.
-    pub(super) fn new(start: Instant, rpm: u32, rate: f64) -> Self {
+    /// A motor that passes step 0 of revolution 0 at `start`; it turns `rate` times as fast as it is told, `steps` to a
+    /// revolution.
+    pub(super) fn new(start: Instant, rpm: u32, rate: f64, steps: u32) -> Self {
         let now = Turning {
             first: 0,
             start,
@@ -42,6 +44,7 @@ impl Motor {
             now,
             next: None,
             rate,
+            steps: steps.max(1),
         }
     }
 
@@ -82,8 +85,7 @@ impl Motor {
     /// The instant at which the head has passed `step` of `revolution`.
     pub(super) fn step_of(&self, revolution: u64, step: u64) -> Instant {
         let turning = self.turning(revolution);
-        let part =
-            u128::from(turning.period_ps) * u128::from(step) / u128::from(STEPS_PER_REVOLUTION);
+        let part = u128::from(turning.period_ps) * u128::from(step) / u128::from(self.steps);
         turning.start_of(revolution) + picoseconds(part)
     }
 
@@ -135,7 +137,7 @@ mod tests {
 
     #[test]
     fn even_turning() {
-        let motor = Motor::new(7 * MS, 600, 1.0);
+        let motor = Motor::new(7 * MS, 600, 1.0, 1024);
         assert_eq!(motor.revolution_at(Duration::ZERO), 0);
         assert_eq!(motor.revolution_at(106 * MS), 0);
         assert_eq!(motor.revolution_at(107 * MS), 1);
@@ -147,7 +149,7 @@ mod tests {
 
     #[test]
     fn a_new_speed_begins_with_the_next_revolution() {
-        let mut motor = Motor::new(Duration::ZERO, 600, 1.0);
+        let mut motor = Motor::new(Duration::ZERO, 600, 1.0, 1024);
         motor.set_speed(540, 194 * MS);
         assert_eq!(motor.start_of(2), 200 * MS);
         assert_eq!(motor.period_of(1), 100 * MS);
@@ -161,7 +163,7 @@ mod tests {
 
     #[test]
     fn starts_and_indices_agree_after_days() {
-        let motor = Motor::new(Duration::ZERO, 600, 1.0013 * 1.0012);
+        let motor = Motor::new(Duration::ZERO, 600, 1.0013 * 1.0012, 1024);
         for revolution in [0u64, 1, 999, 864_000, 86_400_000] {
             assert_eq!(motor.revolution_at(motor.start_of(revolution)), revolution);
         }

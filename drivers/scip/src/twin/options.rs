@@ -42,6 +42,8 @@ impl Default for TwinOptions {
 pub enum Link {
     /// USB: a full scan takes 5.5 to 8 ms; no bit rate.
     Usb,
+    /// A network of 100 Mbit/s.
+    Network,
     /// RS-232C, 8N1, paced by the bit rate; scans that find the line still busy are dropped whole.
     Serial {
         /// The rate of both sides at the start, bits per second, and the sensor's default after `RS` or power-up.
@@ -62,4 +64,6 @@ pub enum StartState {
     Streaming,
     /// Left in time adjustment by an earlier host.
     TimeAdjust,
+    /// In the firmware update mode: only VV, II, RS and SCIP2.0 are answered, all else with 0I (section 5).
+    FirmwareUpdate,
 }

@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use super::Instant;
 use super::constants::{
-    BITS_PER_BYTE, DEFAULT_BAUD, MAX_WAITING_BYTES, SERIAL_PIECE, USB_NS_PER_BYTE, USB_PIECE,
+    BITS_PER_BYTE, DEFAULT_BAUD, FAST_USB_NS_PER_BYTE, MAX_WAITING_BYTES, NETWORK_NS_PER_BYTE,
+    NETWORK_PIECE, SERIAL_PIECE, USB_NS_PER_BYTE, USB_PIECE,
 };
 use super::noise::Noise;
 use super::options::Link;
@@ -23,6 +24,8 @@ pub struct Output {
 #[derive(Debug, Clone)]
 pub(super) struct Transmitter {
     link: Link,
+    /// Of USB or the network.
+    ns_per_byte: (u64, u64),
     baud: u32,
     host_baud: u32,
     waiting: VecDeque<Output>,
@@ -32,10 +35,16 @@ pub(super) struct Transmitter {
 }
 
 impl Transmitter {
-    pub(super) fn new(link: Link) -> Self {
+    /// The link of a sensor that is `fast` if it sends 40 scans a second.
+    pub(super) fn new(link: Link, fast: bool) -> Self {
         let baud = default_baud(link);
         Self {
             link,
+            ns_per_byte: match link {
+                Link::Network => NETWORK_NS_PER_BYTE,
+                _ if fast => FAST_USB_NS_PER_BYTE,
+                _ => USB_NS_PER_BYTE,
+            },
             baud,
             host_baud: baud,
             waiting: VecDeque::new(),
@@ -54,9 +63,13 @@ impl Transmitter {
         let begin = at.max(self.busy_until);
         let garbled = !self.rates_agree();
         let (piece, per_byte_ns) = match self.link {
-            Link::Usb => (
-                USB_PIECE,
-                noise.between(USB_NS_PER_BYTE.0, USB_NS_PER_BYTE.1),
+            Link::Usb | Link::Network => (
+                if self.link == Link::Usb {
+                    USB_PIECE
+                } else {
+                    NETWORK_PIECE
+                },
+                noise.between(self.ns_per_byte.0, self.ns_per_byte.1),
             ),
             Link::Serial { .. } => (
                 SERIAL_PIECE,
@@ -67,11 +80,11 @@ impl Transmitter {
         for bytes in bytes.chunks(piece) {
             let before = passed;
             passed += bytes.len() as u64;
-            // A USB packet is there whole when it begins; a serial one when its last bit has passed.
-            let offset = if self.link == Link::Usb {
-                before
-            } else {
+            // A packet is there whole when it begins; a serial piece when its last bit has passed.
+            let offset = if matches!(self.link, Link::Serial { .. }) {
                 passed
+            } else {
+                before
             };
             let bytes = if garbled {
                 bytes.iter().map(|_| noise.byte()).collect()
@@ -136,7 +149,7 @@ impl Transmitter {
 
     /// Whether both sides have the same bit rate, or none.
     pub(super) fn rates_agree(&self) -> bool {
-        self.link == Link::Usb || self.baud == self.host_baud
+        !matches!(self.link, Link::Serial { .. }) || self.baud == self.host_baud
     }
 
     /// Drops what has not passed by `now`: the power went.
@@ -152,7 +165,7 @@ impl Transmitter {
 
 fn default_baud(link: Link) -> u32 {
     match link {
-        Link::Usb => DEFAULT_BAUD,
+        Link::Usb | Link::Network => DEFAULT_BAUD,
         Link::Serial { baud } => baud,
     }
 }
@@ -162,7 +175,7 @@ mod tests {
     use super::*;
 
     fn sent(link: Link, bytes: usize) -> Vec<Output> {
-        let mut line = Transmitter::new(link);
+        let mut line = Transmitter::new(link, false);
         line.send(
             &vec![b'x'; bytes],
             Duration::from_millis(1),
@@ -191,7 +204,7 @@ mod tests {
 
     #[test]
     fn rates_that_differ_garble() {
-        let mut line = Transmitter::new(Link::Serial { baud: 19_200 });
+        let mut line = Transmitter::new(Link::Serial { baud: 19_200 }, false);
         line.set_host_baud(115_200);
         line.send(b"BM\n00P\n\n", Duration::ZERO, &mut Noise::new(3));
         assert_ne!(
@@ -202,7 +215,7 @@ mod tests {
 
     #[test]
     fn nobody_reading_costs_bounded_memory() {
-        let mut line = Transmitter::new(Link::Usb);
+        let mut line = Transmitter::new(Link::Usb, false);
         for _ in 0..10_000 {
             line.send(&[b'x'; 2134], Duration::ZERO, &mut Noise::new(3));
         }

@@ -2,7 +2,7 @@
 
 use super::Instant;
 use super::options::{StartState, TwinOptions};
-use super::scanning::Window;
+use super::scanning::{Coding, Window};
 
 /// The two characters of a status line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,6 +11,14 @@ pub(super) struct Status(pub(super) [u8; 2]);
 impl Status {
     pub(super) const DONE: Self = Self(*b"00");
     pub(super) const LASER_OFF: Self = Self(*b"10");
+    /// SCIP2.2: not in this state.
+    pub(super) const DENIED: Self = Self(*b"10");
+    /// SCIP2.2: this model has no such setting.
+    pub(super) const NOT_SUPPORTED: Self = Self(*b"0F");
+    /// SCIP2.2: too few characters.
+    pub(super) const TOO_SHORT: Self = Self(*b"0H");
+    /// Only VV, II, RS and SCIP2.0 in the firmware update mode.
+    pub(super) const FIRMWARE_UPDATE: Self = Self(*b"0I");
     pub(super) const RESUMED: Self = Self(*b"98");
     pub(super) const DATA: Self = Self(*b"99");
     pub(super) const BUFFER_SHORTAGE: Self = Self(*b"0B");
@@ -90,6 +98,15 @@ pub(super) struct State {
     pub(super) protocol: Protocol,
     pub(super) laser: bool,
     pub(super) time_adjust: bool,
+    pub(super) firmware_update: bool,
+    /// An unknown measurement was asked for: nothing is answered any more.
+    pub(super) deaf: bool,
+    /// `%SL`: the motor stands.
+    pub(super) asleep: bool,
+    /// When the first `RB` of a pair came.
+    pub(super) reboot_asked: Option<Instant>,
+    /// When the sensor starts anew.
+    pub(super) reboot_at: Option<Instant>,
     pub(super) sensitive: bool,
     /// `CR` level: 0 is nominal.
     pub(super) speed_level: u8,
@@ -109,6 +126,11 @@ impl State {
             },
             laser: false,
             time_adjust: false,
+            firmware_update: false,
+            deaf: false,
+            asleep: false,
+            reboot_asked: None,
+            reboot_at: None,
             sensitive: false,
             speed_level: 0,
             stream: None,
@@ -127,27 +149,31 @@ impl State {
             StartState::PowerUp | StartState::Idle => {}
             StartState::LaserOn => state.laser = true,
             StartState::TimeAdjust => state.time_adjust = true,
-            StartState::Streaming => {
-                let (first, last) = (options.profile.first_step, options.profile.last_step);
-                state.laser = true;
-                state.stream = Some(Stream {
-                    head: format!("MD{first:04}{last:04}010").into_bytes(),
-                    tail: Vec::new(),
-                    window: Window {
-                        start: first as usize,
-                        end: last as usize,
-                        cluster: 1,
-                        two_characters: false,
-                    },
-                    interval: 0,
-                    count: 0,
-                    sent: 0,
-                    next_revolution: 0,
-                    pause: None,
-                });
-            }
+            StartState::FirmwareUpdate => state.firmware_update = true,
+            StartState::Streaming => state.stream_on(options, 0),
         }
         state
+    }
+
+    /// Streams the measuring window without end from `revolution` on, for a host that is gone.
+    pub(super) fn stream_on(&mut self, options: &TwinOptions, revolution: u64) {
+        let (first, last) = (options.profile.first_step, options.profile.last_step);
+        self.laser = true;
+        self.stream = Some(Stream {
+            head: format!("MD{first:04}{last:04}010").into_bytes(),
+            tail: Vec::new(),
+            window: Window {
+                start: first as usize,
+                end: last as usize,
+                cluster: 1,
+                coding: Coding::ThreeCharacters,
+            },
+            interval: 0,
+            count: 0,
+            sent: 0,
+            next_revolution: revolution,
+            pause: None,
+        });
     }
 
     /// Turns the laser off and ends whatever it was on for.

@@ -1,12 +1,12 @@
 //! Scans as they are measured and sent: the stream of `MD` and `MS`, its stops and its end.
 
 use super::constants::{
-    CODE_NOT_MEASURABLE, HARDWARE_STATUS, LAST_STEP, REHEARSAL_AFTER_SCANS, REHEARSAL_MIN_COUNT,
-    REPLY_SPREAD, VERIFY_STATUS, VERIFY_TIME,
+    HARDWARE_STATUS, OLDER_STAMP_MS, REHEARSAL_AFTER_SCANS, REHEARSAL_MIN_COUNT, REPLY_SPREAD,
+    TIMER_MASK, VERIFY_STATUS, VERIFY_TIME,
 };
 use super::engine::Twin;
 use super::fault::Fault;
-use super::scanning::Scan;
+use super::scanning::{Scan, blank_outside};
 use super::state::{Malfunction, Pause, Rehearsal, Status, Stream};
 use super::surroundings::Surroundings;
 use super::{Instant, wire};
@@ -46,6 +46,7 @@ impl Twin {
                 let start = self.motor.start_of(revolution);
                 let frozen = before.is_some() && self.faults.happens(Fault::FrozenData, t);
                 let repeated = before.is_some() && self.faults.happens(Fault::RepeatedStamp, t);
+                let older = before.is_some() && self.faults.happens(Fault::OlderStamp, t);
                 let (old_ranges, old_stamp) =
                     before.map_or((Vec::new(), 0), |scan| (scan.ranges, scan.stamp));
                 let ranges = if frozen {
@@ -55,6 +56,8 @@ impl Twin {
                 };
                 let stamp = if repeated {
                     old_stamp
+                } else if older {
+                    old_stamp.wrapping_sub(OLDER_STAMP_MS) & TIMER_MASK
                 } else {
                     self.timer.at(start)
                 };
@@ -74,26 +77,21 @@ impl Twin {
         t: Instant,
         surroundings: &mut dyn Surroundings,
     ) -> Vec<u32> {
-        let mut ranges = vec![0; LAST_STEP + 1];
+        let profile = &self.options.profile;
+        let (first_step, last_step) = (profile.first_step, profile.last_step);
+        let front_step = profile.front_step as usize;
+        let mut ranges = vec![0; profile.max_step as usize + 1];
         surroundings.revolve(
             self.motor.start_of(revolution),
             self.motor.period_of(revolution),
             &mut ranges,
         );
-        self.faults.cover(&mut ranges, t);
-        let (first, last) = (
-            self.options.profile.first_step as usize,
-            self.options.profile.last_step as usize,
-        );
-        for (step, range) in ranges.iter_mut().enumerate() {
-            if step < first || step > last {
-                *range = CODE_NOT_MEASURABLE;
-            }
-        }
+        self.faults.cover(&mut ranges, front_step, t);
+        blank_outside(&mut ranges, first_step, last_step);
         ranges
     }
 
-    /// The head has passed step 768 of a revolution that the stream sends.
+    /// The head has passed the last step of a revolution that the stream sends.
     pub(super) fn send_scan(&mut self, t: Instant, surroundings: &mut dyn Surroundings) {
         if self.stop_to_verify(t) {
             return;
@@ -112,9 +110,9 @@ impl Twin {
         stream.sent += 1;
         let mut message = stream.echo();
         wire::push_summed(&mut message, &Status::DATA.0);
-        stream
-            .window
-            .push_scan(&mut message, self.measure(revolution, t, surroundings));
+        let min_range_mm = self.options.profile.min_range_mm;
+        let scan = self.measure(revolution, t, surroundings);
+        stream.window.push_scan(&mut message, scan, min_range_mm);
         message.push(b'\n');
         if stream.count > 0 && stream.sent >= u64::from(stream.count) {
             self.state.laser = false;

@@ -8,9 +8,10 @@ use super::Instant;
 pub trait Surroundings {
     /// What the head reads at each step of one revolution.
     ///
-    /// `start` is the instant at which the head passes step 0; step `n` is measured at `start + n * period / 1024`.
-    /// Fill `out[n]` for `n` in `0..=768` with a range in millimetres or with a code below 20 (protocol section 7).
-    /// `out` has 769 elements and comes filled with code 0 (nothing there). Steps outside the sensor's measuring
-    /// window are replaced by code 19 afterwards.
+    /// `start` is the instant at which the head passes step 0; step `n` is measured at `start + n * period / ARES`, ARES
+    /// being the profile's steps per revolution (1024 of a URG-04LX). Fill `out[n]` with a range in millimetres or with
+    /// a code below the profile's DMIN (protocol section 7). `out` has an element for every step that can be asked for
+    /// (769 of a URG-04LX) and comes filled with code 0 (nothing there). Steps outside the sensor's measuring window are
+    /// replaced by code 19 afterwards.
     fn revolve(&mut self, start: Instant, period: Duration, out: &mut [u32]);
 }

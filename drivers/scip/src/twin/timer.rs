@@ -48,10 +48,15 @@ impl Timer {
 
     /// Sets the timer to zero.
     pub(super) fn reset(&mut self, now: Instant) {
+        self.set(0, now);
+    }
+
+    /// Sets the timer to `ms`.
+    pub(super) fn set(&mut self, ms: u32, now: Instant) {
         self.before = Some((self.count, now));
         self.count = Count {
             epoch: now,
-            at_epoch_ms: 0,
+            at_epoch_ms: i64::from(ms & TIMER_MASK),
         };
     }
 

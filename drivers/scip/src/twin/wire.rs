@@ -1,5 +1,7 @@
 //! Characters and sums (protocol sections 3 and 4), the device's own account of them.
 
+use super::profile::KeyedSum;
+
 /// Longest piece of a data line before its sum (section 6, data lines).
 const DATA_LINE: usize = 64;
 
@@ -25,11 +27,17 @@ pub(super) fn push_summed(out: &mut Vec<u8>, line: &[u8]) {
     out.push(b'\n');
 }
 
-/// Appends `KEY:value;<sum>`; the semicolon does not count.
-pub(super) fn push_keyed(out: &mut Vec<u8>, text: &str) {
-    out.extend_from_slice(text.as_bytes());
-    out.push(b';');
-    out.push(sum(text.as_bytes()));
+/// Appends `KEY:value;<sum>`, the sum over what this sensor counts.
+pub(super) fn push_keyed(out: &mut Vec<u8>, text: &str, counted: KeyedSum) {
+    let line = format!("{text};");
+    let sum = sum(match counted {
+        KeyedSum::BeforeSemicolon => text,
+        KeyedSum::WithSemicolon => &line,
+        KeyedSum::BeforeComment => text.split_once("<-").map_or(text, |(before, _)| before),
+    }
+    .as_bytes());
+    out.extend_from_slice(line.as_bytes());
+    out.push(sum);
     out.push(b'\n');
 }
 

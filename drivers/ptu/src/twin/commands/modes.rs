@@ -117,7 +117,14 @@ impl Twin {
                 .find(|(at, _)| *at <= self.now)
                 .map(|(_, s)| *s)
         };
-        self.supply.or_else(scripted).unwrap_or(self.options.supply)
+        let sagging = self.faults.supply(self.now).map(|(volts, degf)| Supply {
+            volts,
+            temperature_f: [degf; 3],
+        });
+        sagging
+            .or(self.supply)
+            .or_else(scripted)
+            .unwrap_or(self.options.supply)
     }
 }
 

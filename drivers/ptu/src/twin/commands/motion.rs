@@ -65,7 +65,10 @@ impl Twin {
     /// Sends an axis off with its present settings.
     pub(in crate::twin) fn drive(&mut self, axis: AxisName, target: i32) {
         let ramp = self.settings.axis(axis).ramp();
-        self.axes[axis.index()].drive(self.now, target, ramp);
+        let here = self.axes[axis.index()].position(self.now);
+        let past = self.faults.overshoot(axis, self.now) * (target - here).signum();
+        self.overshot[axis.index()] = (past != 0).then_some(target);
+        self.axes[axis.index()].drive(self.now, target.saturating_add(past), ramp);
     }
 
     /// What slaved mode held back starts, both axes together.
@@ -92,6 +95,7 @@ impl Twin {
         for (axis, chosen) in AxisName::BOTH.into_iter().zip([pan, tilt]) {
             if chosen {
                 self.held_back[axis.index()] = None;
+                self.overshot[axis.index()] = None;
                 self.axes[axis.index()].halt(self.now);
             }
         }

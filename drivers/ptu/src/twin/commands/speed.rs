@@ -84,7 +84,7 @@ impl Twin {
         if self.settings.velocity_mode {
             self.follow_velocity(axis);
         } else if self.axes[axis.index()].moving() {
-            let target = self.axes[axis.index()].target();
+            let target = self.overshot[axis.index()].unwrap_or(self.axes[axis.index()].target());
             self.drive(axis, target);
         }
         Ok(Outcome::Done)
@@ -113,7 +113,7 @@ impl Twin {
     }
 
     /// `CV` and `CI`.
-    pub(super) fn set_velocity_mode(&mut self, on: bool) {
+    pub(in crate::twin) fn set_velocity_mode(&mut self, on: bool) {
         if on == self.settings.velocity_mode {
             return;
         }

@@ -21,6 +21,8 @@ pub(in crate::twin) enum Strike {
     Echo,
     /// Verbose on.
     Verbose,
+    /// As a command of somebody else would have it.
+    Meddle(FaultKind),
     /// Power off until the instant.
     PowerCycle(Instant),
 }
@@ -46,10 +48,18 @@ fn one_time(kind: &FaultKind) -> bool {
     matches!(
         kind,
         FaultKind::LostSteps { .. }
-            | FaultKind::Event(_)
+            | FaultKind::Event { within: None, .. }
             | FaultKind::Text(_)
             | FaultKind::Echo
             | FaultKind::Verbose
+            | FaultKind::Velocity
+            | FaultKind::Slaved
+            | FaultKind::LimitsOff
+            | FaultKind::Monitor
+            | FaultKind::Moving(_)
+            | FaultKind::UnitId(_)
+            | FaultKind::Baud(_)
+            | FaultKind::AxisError
             | FaultKind::PowerCycle
     )
 }
@@ -99,13 +109,14 @@ impl Board {
                 FaultKind::LostSteps { axes, steps } => {
                     strikes.extend(axes.iter().map(|a| Strike::Lose(*a, *steps)))
                 }
-                FaultKind::Event(letter) => strikes.push(Strike::Event(*letter)),
+                FaultKind::Event { which, .. } => strikes.push(Strike::Event(*which)),
                 FaultKind::Text(text) => strikes.push(Strike::Text(text.clone())),
                 FaultKind::Echo => strikes.push(Strike::Echo),
                 FaultKind::Verbose => strikes.push(Strike::Verbose),
-                _ => strikes.push(Strike::PowerCycle(
+                FaultKind::PowerCycle => strikes.push(Strike::PowerCycle(
                     fault.spec.lasting.map_or(now, |_| fault.until),
                 )),
+                meddling => strikes.push(Strike::Meddle(meddling.clone())),
             }
             fault.left = fault.left.saturating_sub(1);
             fault.at = fault.at.saturating_add(fault.spec.every);
@@ -136,6 +147,49 @@ impl Board {
             }
         }
         (stalled, blocked, f64::max(pace, 1e-3))
+    }
+
+    /// How far an axis runs past its targets, counts.
+    pub(in crate::twin) fn overshoot(&self, axis: AxisName, now: Instant) -> i32 {
+        self.active(now)
+            .find_map(|kind| match kind {
+                FaultKind::Overshoot { axes, steps } if axes.contains(&axis) => Some(*steps),
+                _ => None,
+            })
+            .unwrap_or(0)
+    }
+
+    /// What `O` is made to tell: volts, degrees Fahrenheit.
+    pub(in crate::twin) fn supply(&self, now: Instant) -> Option<(f64, f64)> {
+        self.active(now).find_map(|kind| match kind {
+            FaultKind::Supply { volts, degf } => Some((*volts, *degf)),
+            _ => None,
+        })
+    }
+
+    /// The event that stands before the next output byte, if one waits for its place there; counts the byte.
+    pub(in crate::twin) fn intrude(&mut self, now: Instant) -> Option<[u8; 2]> {
+        for fault in &mut self.faults {
+            let FaultKind::Event {
+                which,
+                within: Some(within),
+            } = fault.spec.kind
+            else {
+                continue;
+            };
+            if fault.at > now || now >= fault.until || fault.left == 0 {
+                continue;
+            }
+            if fault.skipped < within {
+                fault.skipped += 1;
+                continue;
+            }
+            // The byte it stands before is the first of those that pass before the next one.
+            fault.skipped = 1;
+            fault.left -= 1;
+            return Some([b'!', which as u8]);
+        }
+        None
     }
 
     /// Whether the next calibration fails; counts it.

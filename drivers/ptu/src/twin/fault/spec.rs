@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
+use crate::twin::constants::{BAUD_RATES, E_BAUD_RATES};
 use crate::twin::names::AxisName;
 
 /// Every kind, for messages.
-const KINDS: &str = "lost-steps, stuck, slow, event, text, echo, verbose, silence, lost-byte, garbage-byte, reset-fails, power-cycle, wrong-baud";
+const KINDS: &str = "lost-steps, stuck, slow, overshoot, event, text, echo, verbose, velocity, slaved, limits-off, monitor, moving, unit-id, baud, axis-error, supply, silence, lost-byte, garbage-byte, reset-fails, power-cycle, wrong-baud";
 
 /// A fault description that cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -69,14 +70,49 @@ pub enum FaultKind {
         /// Factor on its speeds, above 0 and at most 1.
         factor: f64,
     },
-    /// An unsolicited `!` event with this letter, `P`, `T` or `D`.
-    Event(char),
+    /// An axis runs past its targets and comes back.
+    Overshoot {
+        /// Axes concerned.
+        axes: Vec<AxisName>,
+        /// Counts.
+        steps: i32,
+    },
+    /// An unsolicited `!` event.
+    Event {
+        /// `P`, `T` or `D`.
+        which: char,
+        /// Output bytes let through before it; `None`: at once, wherever the output stands.
+        within: Option<u32>,
+    },
     /// An unsolicited line.
     Text(String),
     /// Echo is switched on.
     Echo,
     /// Verbose replies are switched on.
     Verbose,
+    /// Velocity mode is on.
+    Velocity,
+    /// Slaved mode is on.
+    Slaved,
+    /// Limits are not enforced.
+    LimitsOff,
+    /// Auto-scan runs over the pan range.
+    Monitor,
+    /// The head is sent to `[pan, tilt]`, counts.
+    Moving([i32; 2]),
+    /// The unit has this network id and is not selected.
+    UnitId(u8),
+    /// The unit speaks at this rate.
+    Baud(u32),
+    /// The axes are not calibrated.
+    AxisError,
+    /// What `O` tells.
+    Supply {
+        /// Volts.
+        volts: f64,
+        /// Degrees Fahrenheit of head and motors.
+        degf: f64,
+    },
     /// Nothing is sent.
     Silence {
         /// Nothing is heard either.
@@ -98,6 +134,13 @@ pub enum FaultKind {
     PowerCycle,
     /// The line runs at another speed than the host's.
     WrongBaud,
+}
+
+impl FaultKind {
+    /// Every kind as text, in the order of the documentation.
+    pub fn kinds() -> impl Iterator<Item = &'static str> {
+        KINDS.split(", ")
+    }
 }
 
 /// One fault and when it strikes.
@@ -125,12 +168,17 @@ impl std::str::FromStr for FaultSpec {
             "lost-steps" => &["axis", "steps", "count", "every"],
             "stuck" => &["axis", "hidden"],
             "slow" => &["axis", "factor"],
-            "event" => &["which", "count", "every"],
+            "overshoot" => &["axis", "steps"],
+            "event" => &["which", "count", "every", "within"],
+            "moving" => &["pan", "tilt"],
+            "unit-id" => &["id"],
+            "baud" => &["rate"],
+            "supply" => &["volts", "degf"],
             "text" => &["text", "count", "every"],
             "silence" => &["deaf"],
             "lost-byte" | "garbage-byte" => &["count", "skip"],
             "reset-fails" => &["count"],
-            "echo" | "verbose" | "power-cycle" | "wrong-baud" => &[],
+            _ if KINDS.split(", ").any(|kind| kind == name) => &[],
             _ => return Err(FaultError::UnknownKind(name)),
         };
         let keys = Keys::read(&name, rest, own)?;
@@ -152,15 +200,45 @@ impl std::str::FromStr for FaultSpec {
                     v.parse().ok().filter(|f| (0.01..=1.0).contains(f))
                 })?,
             },
-            "event" => FaultKind::Event(keys.get("which", 'P', "P, T or D", |v| {
-                let letter = v.chars().next().map(|c| c.to_ascii_uppercase());
-                letter.filter(|c| v.len() == 1 && "PTD".contains(*c))
-            })?),
+            "overshoot" => FaultKind::Overshoot {
+                axes: axes()?,
+                steps: keys.get("steps", 20, "a whole number from 1 to 1000", |v| {
+                    v.parse().ok().filter(|n| (1..=1000).contains(n))
+                })?,
+            },
+            "event" => FaultKind::Event {
+                which: keys.get("which", 'P', "P, T or D", |v| {
+                    let letter = v.chars().next().map(|c| c.to_ascii_uppercase());
+                    letter.filter(|c| v.len() == 1 && "PTD".contains(*c))
+                })?,
+                within: keys.get("within", None, "a whole number from 0", |v| {
+                    v.parse().ok().map(Some)
+                })?,
+            },
             "text" => FaultKind::Text(
                 keys.get("text", "noise".to_owned(), "text", |v| Some(v.to_owned()))?,
             ),
             "echo" => FaultKind::Echo,
             "verbose" => FaultKind::Verbose,
+            "velocity" => FaultKind::Velocity,
+            "slaved" => FaultKind::Slaved,
+            "limits-off" => FaultKind::LimitsOff,
+            "monitor" => FaultKind::Monitor,
+            "moving" => FaultKind::Moving([keys.steps("pan")?, keys.steps("tilt")?]),
+            "unit-id" => {
+                FaultKind::UnitId(keys.get("id", 5, "a whole number from 1 to 127", |v| {
+                    v.parse().ok().filter(|id| (1..=127).contains(id))
+                })?)
+            }
+            "baud" => FaultKind::Baud(keys.get("rate", 19_200, "a rate of the unit", |v| {
+                let rate = v.parse().ok();
+                rate.filter(|rate| BAUD_RATES.contains(rate) || E_BAUD_RATES.contains(rate))
+            })?),
+            "axis-error" => FaultKind::AxisError,
+            "supply" => FaultKind::Supply {
+                volts: keys.figure("volts", 21.0)?,
+                degf: keys.figure("degf", 150.0)?,
+            },
             "silence" => FaultKind::Silence {
                 deaf: keys.flag("deaf")?,
             },
@@ -250,6 +328,19 @@ impl<'a> Keys<'a> {
                 _ => None,
             },
         )
+    }
+
+    /// A position, counts; 0 unless told.
+    fn steps(&self, key: &str) -> Result<i32, FaultError> {
+        self.get(key, 0, "a whole number of 16 bits", |v| {
+            v.parse::<i16>().ok().map(i32::from)
+        })
+    }
+
+    fn figure(&self, key: &str, default: f64) -> Result<f64, FaultError> {
+        self.get(key, default, "a number from 0 to 1000", |v| {
+            v.parse().ok().filter(|n| (0.0..=1000.0).contains(n))
+        })
     }
 
     fn flag(&self, key: &str) -> Result<bool, FaultError> {

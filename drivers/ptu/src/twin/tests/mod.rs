@@ -1,7 +1,9 @@
 //! The twin against its document.
 
+mod clients;
 mod commands;
 mod faults;
+mod meddling;
 mod motion;
 mod reset;
 mod wire;

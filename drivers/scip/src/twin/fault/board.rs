@@ -5,9 +5,7 @@ use std::time::Duration;
 
 use super::{Fault, FaultSpec};
 use crate::twin::Instant;
-use crate::twin::constants::{
-    CODE_COVERED, GARBAGE_EVERY, HALF_COVER_FROM_STEP, MAX_FAULTS, VERIFY_STATUS, VERIFY_TIME,
-};
+use crate::twin::constants::{CODE_COVERED, GARBAGE_EVERY, MAX_FAULTS, VERIFY_STATUS, VERIFY_TIME};
 use crate::twin::noise::Noise;
 
 /// A fault that may still happen.
@@ -131,7 +129,7 @@ impl FaultBoard {
             .iter_mut()
             .find(|live| live.fault.is_event() && live.at == at && !live.is_over(at))?;
         let happened = (live.fault, live.lasting);
-        if live.fault == Fault::Garbage {
+        if live.fault.comes_in_bursts() {
             let until = live.until();
             live.left = live.left.map(|left| left.saturating_sub(1));
             live.at += GARBAGE_EVERY;
@@ -143,15 +141,28 @@ impl FaultBoard {
         Some(happened)
     }
 
-    /// Covers the window, wholly or in part.
-    pub(in crate::twin) fn cover(&mut self, ranges: &mut [u32], t: Instant) {
+    /// Covers the window, wholly or from the step straight ahead on: the left half.
+    pub(in crate::twin) fn cover(&mut self, ranges: &mut [u32], front_step: usize, t: Instant) {
         if self.happens(Fault::Covered, t) {
             ranges.fill(CODE_COVERED);
         } else if self.happens(Fault::HalfCovered, t) {
             ranges
-                .get_mut(HALF_COVER_FROM_STEP..)
+                .get_mut(front_step..)
                 .unwrap_or_default()
                 .fill(CODE_COVERED);
+        }
+    }
+
+    /// Spoils the lines of `VV`.
+    pub(in crate::twin) fn spoil_version(&mut self, lines: &mut Vec<u8>, t: Instant) {
+        if self.happens(Fault::OddVersion, t) {
+            if let [.., sum, b'\n'] = lines.as_mut_slice() {
+                *sum = (sum.wrapping_sub(0x30) ^ 1).wrapping_add(0x30);
+            }
+            lines.extend_from_slice(b"I\n");
+        }
+        if self.happens(Fault::TornVersion, t) {
+            lines.truncate(lines.len() / 2);
         }
     }
 
@@ -165,6 +176,12 @@ impl FaultBoard {
             let line = noise.between(1, (ends.len() as u64).saturating_sub(1).max(1)) as usize;
             if let Some(sum) = ends.get(line).and_then(|end| reply.get_mut(end - 1)) {
                 *sum = (sum.wrapping_sub(0x30) ^ 1).wrapping_add(0x30);
+            }
+        }
+        if self.happens(Fault::BitFlip, t) && !reply.is_empty() {
+            let at = noise.between(0, reply.len() as u64 - 1) as usize;
+            if let Some(byte) = reply.get_mut(at) {
+                *byte ^= 1 << noise.between(0, 7);
             }
         }
         if self.happens(Fault::DroppedByte, t) && !reply.is_empty() {

@@ -4,7 +4,9 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use crate::twin::Instant;
-use crate::twin::constants::{HARDWARE_STATUS, TIMER_JUMP_MS, VERIFY_STATUS};
+use crate::twin::constants::{
+    HARDWARE_STATUS, TIMER_JUMP_MS, TIMER_MASK, TIMER_NEAR_WRAP_MS, VERIFY_STATUS,
+};
 
 /// Something that goes wrong (protocol sections 13 and 15).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,12 +15,20 @@ pub enum Fault {
     BadSum,
     /// `dropped-byte`: one byte of a scan is missing. Count: scans, 1 unless told.
     DroppedByte,
+    /// `bit-flip`: one bit of a scan is turned. Count: scans, 1 unless told.
+    BitFlip,
+    /// `flood`: bursts of 0xFF, 7500 bytes every 100 ms. Count: bursts, 1 unless told.
+    Flood,
+    /// `endless-line`: printable characters without a line feed, 7500 every 100 ms. Count: bursts, 1 unless told.
+    EndlessLine,
     /// `garbage`: a burst of random bytes. Count: bursts, 100 ms apart, 1 unless told.
     Garbage,
     /// `truncated-scan`: a scan ends somewhere in its middle. Count: scans, 1 unless told.
     TruncatedScan,
     /// `repeated-stamp`: fresh ranges under the stamp of the scan before. Count: scans; without end unless told.
     RepeatedStamp,
+    /// `older-stamp`: the stamp of a scan lies 100 ms before the last one's. Count: scans, 1 unless told.
+    OlderStamp,
     /// `frozen-data`: the ranges of the scan before under fresh stamps. Count: scans; without end unless told.
     FrozenData,
     /// `silence`: commands are taken and scans measured, but nothing is sent. Count: replies; until a power cycle unless told.
@@ -37,6 +47,20 @@ pub enum Fault {
     },
     /// `trouble-stat`: `II` tells of trouble while everything works. Count: replies; until a power cycle unless told.
     TroubleStat,
+    /// `odd-version`: `VV` as of old units: a line `I` too many, and a wrong sum after `SERI`. Count: replies; until a power
+    /// cycle unless told.
+    OddVersion,
+    /// `torn-version`: the reply to `VV` ends in its middle. Count: replies, 1 unless told.
+    TornVersion,
+    /// `left-streaming`: another host left the measuring window streaming without end.
+    LeftStreaming,
+    /// `left-in-time-adjust`: another host left the sensor in time adjustment.
+    LeftInTimeAdjust,
+    /// `firmware-update`: the sensor is in its update mode; nearly everything gets 0I.
+    FirmwareUpdate,
+    /// `deafened`: a request for intensity or several echoes, which the model does not know, leaves the sensor deaf
+    /// until a power cycle (section 10). It waits for such a request.
+    Deafened,
     /// `brown-out`: the sensor starts anew: laser off, timer 0, SCIP1.1 if that is how it wakes.
     BrownOut,
     /// `covered`: every step reads a code. Count: scans; without end unless told.
@@ -48,15 +72,24 @@ pub enum Fault {
         /// How far, ms; key `by` in seconds, 5 s unless told.
         by_ms: i32,
     },
+    /// `timer-set`: the timer shows another time from now on; near its wrap unless told.
+    TimerSet {
+        /// What it shows, ms of 24 bits; key `to` in seconds, 5 s before the wrap unless told.
+        to_ms: u32,
+    },
 }
 
 /// The kinds by name, with what their optional keys default to.
-const KINDS: [(&str, Fault); 14] = [
+const KINDS: [(&str, Fault); 25] = [
     ("bad-sum", Fault::BadSum),
     ("dropped-byte", Fault::DroppedByte),
+    ("bit-flip", Fault::BitFlip),
     ("garbage", Fault::Garbage),
+    ("flood", Fault::Flood),
+    ("endless-line", Fault::EndlessLine),
     ("truncated-scan", Fault::TruncatedScan),
     ("repeated-stamp", Fault::RepeatedStamp),
+    ("older-stamp", Fault::OlderStamp),
     ("frozen-data", Fault::FrozenData),
     ("silence", Fault::Silence),
     (
@@ -72,6 +105,12 @@ const KINDS: [(&str, Fault); 14] = [
         },
     ),
     ("trouble-stat", Fault::TroubleStat),
+    ("odd-version", Fault::OddVersion),
+    ("torn-version", Fault::TornVersion),
+    ("left-streaming", Fault::LeftStreaming),
+    ("left-in-time-adjust", Fault::LeftInTimeAdjust),
+    ("firmware-update", Fault::FirmwareUpdate),
+    ("deafened", Fault::Deafened),
     ("brown-out", Fault::BrownOut),
     ("covered", Fault::Covered),
     ("half-covered", Fault::HalfCovered),
@@ -79,6 +118,12 @@ const KINDS: [(&str, Fault); 14] = [
         "timer-jump",
         Fault::TimerJump {
             by_ms: TIMER_JUMP_MS,
+        },
+    ),
+    (
+        "timer-set",
+        Fault::TimerSet {
+            to_ms: TIMER_NEAR_WRAP_MS,
         },
     ),
 ];
@@ -93,8 +138,22 @@ impl Fault {
     pub(super) fn is_event(self) -> bool {
         matches!(
             self,
-            Self::Garbage | Self::Hardware { .. } | Self::BrownOut | Self::TimerJump { .. }
+            Self::Garbage
+                | Self::Flood
+                | Self::EndlessLine
+                | Self::Hardware { .. }
+                | Self::BrownOut
+                | Self::LeftStreaming
+                | Self::LeftInTimeAdjust
+                | Self::FirmwareUpdate
+                | Self::TimerJump { .. }
+                | Self::TimerSet { .. }
         )
+    }
+
+    /// Whether an event repeats every 100 ms for its count or its time.
+    pub(super) fn comes_in_bursts(self) -> bool {
+        matches!(self, Self::Garbage | Self::Flood | Self::EndlessLine)
     }
 
     /// How often it happens if nothing is said; `None` is without end.
@@ -104,6 +163,7 @@ impl Fault {
             | Self::FrozenData
             | Self::Silence
             | Self::TroubleStat
+            | Self::OddVersion
             | Self::Covered
             | Self::HalfCovered => None,
             _ => Some(1),
@@ -114,14 +174,19 @@ impl Fault {
     pub(super) fn is_cured_by_power(self) -> bool {
         matches!(
             self,
-            Self::Silence | Self::TroubleStat | Self::RepeatedStamp | Self::FrozenData
+            Self::Silence
+                | Self::TroubleStat
+                | Self::OddVersion
+                | Self::RepeatedStamp
+                | Self::FrozenData
         )
     }
 }
 
 /// A fault with its time: `kind[:key=value,...]` as text, for example `silence:at=12.5,for=3` or `bad-sum:count=4`.
 ///
-/// Keys: `at` and `for` in seconds, `count`, and `status` (for `verify` and `hardware`) or `by` (for `timer-jump`, seconds).
+/// Keys: `at` and `for` in seconds, `count`, and `status` (for `verify` and `hardware`) `by` (for `timer-jump`,
+/// seconds) or `to` (for `timer-set`, seconds).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FaultSpec {
     /// What happens.
@@ -235,10 +300,17 @@ impl FaultSpec {
                 *by_ms = (by.ok_or_else(|| wrong("by", "seconds between -8388 and 8388"))? * 1e3)
                     .round() as i32;
             }
+            ("to", Fault::TimerSet { to_ms }) => {
+                let to = got.parse::<f64>().ok();
+                let to = to.filter(|to| (0.0..16_777.216).contains(to));
+                let to = to.ok_or_else(|| wrong("to", "seconds from 0 and below 16777.216"))?;
+                *to_ms = ((to * 1e3).round() as u32).min(TIMER_MASK);
+            }
             (_, fault) => {
                 let extra = match fault {
                     Fault::Verify { .. } | Fault::Hardware { .. } => ", status=",
                     Fault::TimerJump { .. } => ", by=",
+                    Fault::TimerSet { .. } => ", to=",
                     _ => "",
                 };
                 return Err(FaultParseError::Key {
@@ -280,6 +352,10 @@ mod tests {
             })
         );
         assert_eq!(
+            "timer-set:to=16777".parse(),
+            Ok(FaultSpec::from(Fault::TimerSet { to_ms: 16_777_000 }))
+        );
+        assert_eq!(
             "timer-jump:by=-1.5".parse(),
             Ok(FaultSpec::from(Fault::TimerJump { by_ms: -1500 }))
         );
@@ -296,7 +372,7 @@ mod tests {
     fn errors_say_what_was_expected() {
         let error = |text: &str| text.parse::<FaultSpec>().expect_err(text).to_string();
         assert!(
-            error("smoke").contains("bad-sum, dropped-byte, garbage"),
+            error("smoke").contains("bad-sum, dropped-byte, bit-flip"),
             "{}",
             error("smoke")
         );
@@ -312,6 +388,8 @@ mod tests {
         assert!(error("silence:for=-1").contains("seconds, 0 or more"));
         assert!(error("silence:at=nan").contains("seconds"));
         assert!(error("silence:count=0").contains("above 0"));
+        assert!(error("timer-set:to=16777.216").contains("below 16777.216"));
+        assert!(error("timer-set:by=1").contains("to="));
         assert!(error("timer-jump:by=1e9").contains("-8388"));
     }
 }

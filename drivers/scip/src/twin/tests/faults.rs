@@ -220,3 +220,127 @@ fn absurd_times_do_no_harm() {
     bench.run(1000 * MS);
     assert_eq!(bench.ask("QT"), "QT\n00P\n\n");
 }
+
+#[test]
+fn a_bit_of_a_scan_is_turned() {
+    let mut bench = streaming();
+    let clean = bench.text(100 * MS);
+    bench.inject("bit-flip:count=1");
+    let spoilt = bench.run(100 * MS);
+    let spoilt: Vec<u8> = spoilt.into_iter().flat_map(|output| output.bytes).collect();
+    // The same room: only stamp, its sum and the spoilt bit differ.
+    let differing = clean.bytes().zip(&spoilt).filter(|(a, b)| a != *b).count();
+    assert_eq!(clean.len(), spoilt.len());
+    assert!((1..=4).contains(&differing), "{differing}");
+    assert_eq!(wrong_sums(&messages(&bench.text(100 * MS))[0]), 0);
+}
+
+#[test]
+fn floods_and_endless_lines_come_in_bursts() {
+    for (fault, byte) in [("flood", 0xFF), ("endless-line", b'0')] {
+        let mut bench = Bench::idle();
+        bench.inject(&format!("{fault}:at=0.5,for=0.25"));
+        let outputs = bench.run(1000 * MS);
+        let bytes: Vec<u8> = outputs
+            .into_iter()
+            .flat_map(|output| output.bytes)
+            .collect();
+        assert_eq!(bytes.len(), 3 * 7500, "{fault}");
+        assert!(bytes.iter().all(|heard| *heard == byte));
+        let reply = bench.ask("QT");
+        assert_eq!(reply, "QT\n00P\n\n", "{fault}");
+    }
+}
+
+#[test]
+fn a_stamp_lies_before_the_last_one() {
+    let mut bench = streaming();
+    bench.inject("older-stamp:at=0.35");
+    assert_eq!(stamps(&bench.text(500 * MS)), [100, 200, 100, 400, 500]);
+}
+
+#[test]
+fn the_timer_is_set_near_its_wrap() {
+    let mut bench = streaming();
+    bench.inject("timer-set:to=16777.1,at=0.25");
+    // Set at 250 ms: the revolutions of 300 ms and later are stamped by the new count.
+    assert_eq!(
+        stamps(&bench.text(500 * MS)),
+        [100, 200, 16_777_150, 34, 134]
+    );
+    bench.inject("timer-set");
+    assert_eq!(bench.text(Duration::ZERO).len(), 0);
+    assert_eq!(bench.twin.timer_ms(bench.now), (1 << 24) - 5_000);
+}
+
+/// Section 9: old units send a line `I` too many and a wrong sum after `SERI`.
+#[test]
+fn a_version_as_of_old_units_and_one_cut_off() {
+    let mut bench = Bench::idle();
+    bench.inject("odd-version:count=1");
+    let text = bench.ask("VV");
+    assert!(text.ends_with("\nSERI:H0706400;G\nI\n\n"), "{text}");
+    assert!(bench.ask("VV").ends_with("\nSERI:H0706400;F\n\n"));
+    bench.inject("torn-version");
+    let text = bench.ask("VV");
+    assert!(
+        text.starts_with("VV\n00P\nVEND:") && !text.ends_with("\n\n"),
+        "{text}"
+    );
+    assert!(bench.ask("VV").ends_with("\nSERI:H0706400;F\n\n"));
+}
+
+#[test]
+fn another_host_leaves_it_streaming_or_adjusting() {
+    let mut bench = Bench::new(exact(StartState::PowerUp));
+    bench.inject("left-streaming:at=0.35");
+    let text = bench.text(1000 * MS);
+    assert_eq!(stamps(&text), [400, 500, 600, 700, 800, 900]);
+    assert!(text.starts_with("MD0044072501000\n99b\n"));
+    bench.inject("left-in-time-adjust");
+    assert_eq!(bench.status("VV"), "0E");
+    assert!(!bench.twin.streaming() && !bench.twin.laser_on());
+    assert_eq!(bench.status("TM2"), "00");
+    assert_eq!(bench.status("VV"), "00");
+}
+
+/// Section 5: only VV, II, RS and SCIP2.0 are accepted; II tells of it; RS ends it.
+#[test]
+fn a_half_done_update_answers_0i() {
+    let mut bench = Bench::ug01();
+    bench.inject("firmware-update");
+    for line in [
+        "PP",
+        "BM",
+        "QT",
+        "TM0",
+        "GD0044072501",
+        "MD0044072501000",
+        "XY",
+    ] {
+        assert_eq!(bench.status(line), "0I", "{line}");
+    }
+    assert_eq!(bench.status("SCIP2.0"), "0E");
+    assert_eq!(bench.status("VV"), "00");
+    assert!(
+        bench
+            .ask("II")
+            .contains("\nUDST:F/W update mode (CPU clock is 6MHz);")
+    );
+    assert_eq!(bench.status("RS"), "00");
+    assert_eq!(bench.status("QT"), "00");
+    assert!(!bench.ask("II").contains("UDST"));
+}
+
+/// Section 10: a URG-04LX may need a power cycle after a request for intensity or several echoes.
+#[test]
+fn a_foreign_request_may_deafen() {
+    let mut bench = Bench::idle();
+    assert_eq!(bench.status("ME0044072501000"), "0E");
+    bench.inject("deafened");
+    assert_eq!(bench.status("XY"), "0E");
+    assert_eq!(bench.ask("GE0044072501"), "");
+    assert_eq!(bench.ask("QT"), "");
+    bench.twin.power_cycle(bench.now);
+    assert_eq!(bench.ask("QT"), "QT\nE\n\n");
+}

@@ -135,3 +135,18 @@ fn time_adjustment() {
     assert_eq!(bench.ask("TM2"), "TM2\n00P\n\n");
     assert_eq!(bench.ask("TM0"), "TM0\n00P\n\n");
 }
+
+/// The II of a laser that is on and the scan after it, as log L2 has them: 6A55F8, then JUGn = 6A55FE.
+#[test]
+fn the_timer_of_ii_and_the_stamp_of_the_scan_after_it() {
+    let mut bench = Bench::new(TwinOptions {
+        timer_start_ms: 0x6A_55F8 - 94,
+        ..exact(StartState::LaserOn)
+    });
+    assert!(bench.ask("II").contains("\nTIME:6A55F8;8\n"));
+    assert!(
+        bench
+            .ask("GD0044072501")
+            .starts_with("GD0044072501\n00P\nJUGnD\n")
+    );
+}

@@ -27,6 +27,13 @@ fn bytes() -> impl Strategy<Value = Vec<u8>> {
             b"MD0044072501000",
             b"MS0100020003199",
             b"SCIP2.0",
+            b"ME0000108001000",
+            b"HE0000108003",
+            b"NE0000076807199",
+            b"RT",
+            b"RB\nRB\n",
+            b"%ST",
+            b"%SL",
             b"V",
             b";tag",
             b"\n",
@@ -41,21 +48,23 @@ fn bytes() -> impl Strategy<Value = Vec<u8>> {
 }
 
 fn options() -> impl Strategy<Value = TwinOptions> {
-    let link = prop_oneof![Just(Link::Usb), Just(Link::Serial { baud: 19_200 })];
+    let link = prop_oneof![
+        Just(Link::Usb),
+        Just(Link::Network),
+        Just(Link::Serial { baud: 19_200 })
+    ];
     let state = prop::sample::select(vec![
         StartState::PowerUp,
         StartState::Idle,
         StartState::LaserOn,
         StartState::Streaming,
         StartState::TimeAdjust,
+        StartState::FirmwareUpdate,
     ]);
-    (link, state, any::<bool>(), any::<u64>()).prop_map(|(link, start_state, ug01, seed)| {
+    let profile = prop::sample::select(Profile::NAMES.to_vec());
+    (link, state, profile, any::<u64>()).prop_map(|(link, start_state, profile, seed)| {
         TwinOptions {
-            profile: if ug01 {
-                Profile::urg_04lx_ug01()
-            } else {
-                Profile::urg_04lx()
-            },
+            profile: Profile::by_name(profile).expect("a name of the list"),
             link,
             start_state,
             seed,
@@ -101,7 +110,7 @@ proptest! {
         for (bytes, wait) in parts {
             bench.twin.handle_bytes(&bytes, bench.now);
             for output in bench.run(wait as u32 * MS) {
-                prop_assert!(output.bytes.len() <= 256);
+                prop_assert!(output.bytes.len() <= 1460);
             }
         }
     }

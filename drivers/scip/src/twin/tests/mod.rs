@@ -1,9 +1,11 @@
 //! The whole twin, as a host on the other end of the line would meet it.
 
 mod bench;
+mod clients;
 mod faults;
 mod golden;
 mod hostile;
+mod models;
 mod statuses;
 mod streams;
 mod time;

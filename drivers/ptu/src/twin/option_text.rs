@@ -1,0 +1,316 @@
+//! Options of a unit as text, `key=value`: what a command line or a test can ask for (section 14).
+//!
+//! | key | value | what it is |
+//! |---|---|---|
+//! | `model` | `d46-17` `d46-70` | the gear, with the ranges that belong to it |
+//! | `series` | `d46` `e` | command set, wordings and immediate `RP RT RE` of the E series |
+//! | `firmware` | text | what `V` prints |
+//! | `pan-min` `pan-max` `tilt-min` `tilt-max` | half steps | nominal limits |
+//! | `limit-spread` | half steps | how far each calibration's limits lie from the nominal ones at most |
+//! | `speed` `base-speed` `acceleration` `upper-speed` `lower-speed` `reset-speed` | counts/s, counts/s^2 | both axes |
+//! | `echo` `verbose` `velocity` `slaved` `limits` `monitor` | `on` `off` | start state |
+//! | `unit-id` | 0 to 127 | network id at the start |
+//! | `baud` | a rate of section 1 | line speed at the start |
+//! | `pan` `tilt` | half steps | where it stands at the start |
+//! | `moving-to` | `pan/tilt`, half steps | where it is on its way to |
+//! | `power-up` | `on` `off` | it is being switched on: banner, calibration |
+//! | `calibrate` `banner` | `on` `off` | what it does at power-up |
+//! | `pacing` `whole-steps` `option-board` | `on` `off` | bytes take their time; the rotor goes in steps; the board is fitted |
+//! | `line-end` | `crlf` `cr` | of replies |
+//! | `latency` | `least/most`, ms | from delimiter to reply |
+//! | `table-delay` | s | to recompute after `PA PB PU` |
+//! | `input-during-reset` | `queued` `dropped` | |
+//! | `volts` `degf` | number | what `O` tells |
+
+use std::str::FromStr;
+use std::time::Duration;
+
+use super::constants::{BAUD_RATES, E_BAUD_RATES, MAX_ACCELERATION, MAX_POSITION, MAX_SPEED};
+use super::options::{InputDuringReset, LineEnd, Model, TwinOptions};
+
+/// Every key, in the order of the table.
+const KEYS: &str = "model, series, firmware, pan-min, pan-max, tilt-min, tilt-max, limit-spread, speed, base-speed, \
+acceleration, upper-speed, lower-speed, reset-speed, echo, verbose, velocity, slaved, limits, monitor, unit-id, baud, pan, \
+tilt, moving-to, power-up, calibrate, banner, pacing, whole-steps, option-board, line-end, latency, table-delay, \
+input-during-reset, volts, degf";
+
+/// An option that cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum OptionError {
+    /// A text without `=`.
+    #[error("expected key=value, got `{0}`")]
+    NotAPair(String),
+    /// The word before `=`.
+    #[error("unknown option `{0}`; valid: {KEYS}")]
+    UnknownKey(String),
+    /// The word after it.
+    #[error("option {key}: expected {expected}, got `{got}`")]
+    BadValue {
+        /// The option.
+        key: String,
+        /// What it can be.
+        expected: &'static str,
+        /// What stood there.
+        got: String,
+    },
+}
+
+/// One value with its key, for messages.
+struct Value<'a> {
+    key: &'a str,
+    text: &'a str,
+}
+
+impl Value<'_> {
+    fn wrong(&self, expected: &'static str) -> OptionError {
+        OptionError::BadValue {
+            key: self.key.to_owned(),
+            expected,
+            got: self.text.to_owned(),
+        }
+    }
+
+    fn one_of<T: Copy>(
+        &self,
+        words: &[(&str, T)],
+        expected: &'static str,
+    ) -> Result<T, OptionError> {
+        let found = words.iter().find(|(word, _)| *word == self.text);
+        found
+            .map(|(_, value)| *value)
+            .ok_or_else(|| self.wrong(expected))
+    }
+
+    fn switch(&self) -> Result<bool, OptionError> {
+        self.one_of(&[("on", true), ("off", false)], "on or off")
+    }
+
+    fn within<T: FromStr + PartialOrd>(
+        &self,
+        least: T,
+        most: T,
+        expected: &'static str,
+    ) -> Result<T, OptionError> {
+        read_within(self.text, &least, &most).ok_or_else(|| self.wrong(expected))
+    }
+
+    fn position(&self) -> Result<i32, OptionError> {
+        self.within(-MAX_POSITION, MAX_POSITION, "a whole number of 16 bits")
+    }
+
+    fn speed(&self) -> Result<[i32; 2], OptionError> {
+        let speed = self.within(1, MAX_SPEED, "a whole number from 1 to 12000")?;
+        Ok([speed; 2])
+    }
+
+    /// Two numbers parted by `/`.
+    fn pair<T: FromStr + PartialOrd>(
+        &self,
+        least: T,
+        most: T,
+        expected: &'static str,
+    ) -> Result<[T; 2], OptionError> {
+        let both = self.text.split_once('/').and_then(|(first, second)| {
+            Some([
+                read_within(first, &least, &most)?,
+                read_within(second, &least, &most)?,
+            ])
+        });
+        both.ok_or_else(|| self.wrong(expected))
+    }
+}
+
+fn read_within<T: FromStr + PartialOrd>(text: &str, least: &T, most: &T) -> Option<T> {
+    let value = text.trim().parse::<T>().ok()?;
+    (value >= *least && value <= *most).then_some(value)
+}
+
+impl TwinOptions {
+    /// Changes one option told as `key=value`; the keys are in the table above. `model` and `series` set several others:
+    /// give them first.
+    ///
+    /// # Errors
+    /// [`OptionError`].
+    pub fn set(&mut self, text: &str) -> Result<(), OptionError> {
+        let (key, value) = text
+            .split_once('=')
+            .ok_or_else(|| OptionError::NotAPair(text.to_owned()))?;
+        let value = Value {
+            key: key.trim(),
+            text: value.trim(),
+        };
+        if !self.set_identity(&value)? && !self.set_start(&value)? && !self.set_wire(&value)? {
+            return Err(OptionError::UnknownKey(value.key.to_owned()));
+        }
+        Ok(())
+    }
+
+    fn set_identity(&mut self, value: &Value<'_>) -> Result<bool, OptionError> {
+        match value.key {
+            "model" => {
+                let models = [("d46-17", Model::D46_17), ("d46-70", Model::D46_70)];
+                let gear = Self::for_model(value.one_of(&models, "d46-17 or d46-70")?);
+                self.model = gear.model;
+                self.minimum_steps = gear.minimum_steps;
+                self.maximum_steps = gear.maximum_steps;
+                self.reset_speed = gear.reset_speed;
+            }
+            "series" => {
+                self.e_series = value.one_of(&[("d46", false), ("e", true)], "d46 or e")?;
+                self.axis_reset_at_once = self.e_series;
+            }
+            "firmware" => value.text.clone_into(&mut self.firmware),
+            "pan-min" => self.minimum_steps[0] = value.position()?,
+            "pan-max" => self.maximum_steps[0] = value.position()?,
+            "tilt-min" => self.minimum_steps[1] = value.position()?,
+            "tilt-max" => self.maximum_steps[1] = value.position()?,
+            "limit-spread" => {
+                self.limit_spread_steps = value.within(0, 100, "a whole number from 0 to 100")?;
+            }
+            "speed" => self.speed = value.speed()?,
+            "base-speed" => self.base_speed = value.speed()?,
+            "upper-speed" => self.upper_speed = value.speed()?,
+            "lower-speed" => self.lower_speed = value.speed()?,
+            "reset-speed" => self.reset_speed = value.speed()?,
+            "acceleration" => {
+                let expected = "a whole number from 1 to 200000";
+                self.acceleration = [value.within(1, MAX_ACCELERATION, expected)?; 2];
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn set_start(&mut self, value: &Value<'_>) -> Result<bool, OptionError> {
+        let start = &mut self.start;
+        match value.key {
+            "echo" => start.echo = value.switch()?,
+            "verbose" => start.verbose = value.switch()?,
+            "velocity" => start.velocity_mode = value.switch()?,
+            "slaved" => start.slaved = value.switch()?,
+            "limits" => start.limits = value.switch()?,
+            "monitor" => start.monitor = value.switch()?,
+            "unit-id" => start.unit_id = value.within(0, 127, "a whole number from 0 to 127")?,
+            "baud" => {
+                let known = |rate: &u32| BAUD_RATES.contains(rate) || E_BAUD_RATES.contains(rate);
+                let rate = value.text.parse().ok().filter(known);
+                start.baud = rate.ok_or_else(|| value.wrong("a rate of the unit"))?;
+            }
+            "pan" => start.position_steps[0] = value.position()?,
+            "tilt" => start.position_steps[1] = value.position()?,
+            "moving-to" => {
+                let targets = value.pair(-MAX_POSITION, MAX_POSITION, "pan/tilt in half steps")?;
+                start.moving_to_steps = Some(targets);
+            }
+            "power-up" => self.power_up = value.switch()?,
+            "calibrate" => self.calibrate_at_power_up = value.switch()?,
+            "banner" => self.banner = value.switch()?,
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn set_wire(&mut self, value: &Value<'_>) -> Result<bool, OptionError> {
+        match value.key {
+            "pacing" => self.byte_pacing = value.switch()?,
+            "whole-steps" => self.whole_steps = value.switch()?,
+            "option-board" => self.option_board = value.switch()?,
+            "line-end" => {
+                let ends = [("crlf", LineEnd::CrLf), ("cr", LineEnd::Cr)];
+                self.line_end = value.one_of(&ends, "crlf or cr")?;
+            }
+            "latency" => {
+                let expected = "least/most in milliseconds, 0 to 10000";
+                let both = value.pair(0.0, 10_000.0, expected)?;
+                self.latency = both.map(|ms: f64| Duration::from_secs_f64(ms / 1e3));
+            }
+            "table-delay" => {
+                let seconds: f64 = value.within(0.0, 60.0, "seconds from 0 to 60")?;
+                self.table_delay = Duration::from_secs_f64(seconds);
+            }
+            "input-during-reset" => {
+                let ways = [
+                    ("queued", InputDuringReset::Queued),
+                    ("dropped", InputDuringReset::Dropped),
+                ];
+                self.input_during_reset = value.one_of(&ways, "queued or dropped")?;
+            }
+            "volts" => {
+                self.supply.volts = value.within(0.0, 1000.0, "a number from 0 to 1000")?;
+            }
+            "degf" => {
+                let degf = value.within(-100.0, 1000.0, "a number from -100 to 1000")?;
+                self.supply.temperature_f = [degf; 3];
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_key_of_the_list_is_known_and_no_other() {
+        let value = |key: &str| {
+            match key {
+            "model" => "d46-70",
+            "series" => "e",
+            "moving-to" => "100/-50",
+            "latency" => "1/2.5",
+            "line-end" => "cr",
+            "input-during-reset" => "dropped",
+            "baud" => "38400",
+            "firmware" => "v1.09.0b, (C)1996",
+            key if "echo verbose velocity slaved limits monitor power-up calibrate banner pacing whole-steps option-board"
+                .split(' ')
+                .any(|word| word == key) =>
+            {
+                "on"
+            }
+            _ => "7",
+        }
+        };
+        for key in KEYS.split(", ") {
+            let mut options = TwinOptions::default();
+            options.start.echo = false;
+            assert_eq!(
+                options.set(&format!("{key}={}", value(key))),
+                Ok(()),
+                "{key}"
+            );
+        }
+        let error = |text: &str| {
+            TwinOptions::default()
+                .set(text)
+                .expect_err(text)
+                .to_string()
+        };
+        assert!(error("colour=red").contains("moving-to, power-up"));
+        assert_eq!(error("echo"), "expected key=value, got `echo`");
+        assert_eq!(error("echo=1"), "option echo: expected on or off, got `1`");
+        assert!(error("latency=nan/1").contains("milliseconds"));
+        assert!(error("pan=40000").contains("16 bits"));
+        assert!(error("baud=9601").contains("a rate"));
+    }
+
+    #[test]
+    fn what_is_told_is_what_holds() {
+        let mut options = TwinOptions::default();
+        for text in [
+            "model=d46-70",
+            "series=e",
+            "velocity=on",
+            "moving-to=10/-20",
+            "latency=5/9",
+        ] {
+            options.set(text).expect("valid");
+        }
+        assert_eq!(options.minimum_steps, [-12_360, -3628]);
+        assert!(options.e_series && options.axis_reset_at_once && options.start.velocity_mode);
+        assert_eq!(options.start.moving_to_steps, Some([10, -20]));
+        assert_eq!(options.latency, [5, 9].map(Duration::from_millis));
+    }
+}

@@ -1,0 +1,92 @@
+//! What the store reads back: mixtures, views, raw sweeps, whatever became of their bytes.
+
+use nalgebra::{Matrix3, Point3};
+use patrold::geometry::{Mount, RollPitchYaw, View};
+use patrold::mixture::{Gaussian, Mixture};
+use patrold::scan::Optics;
+use patrold::store::{decode_mixture, decode_view, encode_mixture, encode_view};
+use patrold::sweep::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample, decode, encode};
+
+pub fn run(data: &[u8]) {
+    if let Ok(mixture) = decode_mixture(data) {
+        assert_eq!(mixture.weights.len(), mixture.components.len());
+        assert!(encode_mixture(&mixture).len() <= data.len());
+    }
+    if let Ok(view) = decode_view("fuzzed", data) {
+        assert!(24 * (view.points.len() + view.no_return.len()) <= data.len());
+        assert!(decode_view("again", &encode_view(&view)).is_ok());
+    }
+    if let Ok(sweep) = decode(data) {
+        let again = encode(&sweep);
+        assert!(decode(&again).is_ok());
+    }
+}
+
+fn raw_sweep() -> RawSweep {
+    let leg = |motion| Leg {
+        pan_rad: 0.5,
+        motion,
+        scans: vec![RawScan {
+            stamp_ms: 17_000_000,
+            arrived_s: 3.25,
+            values: vec![0, 20, 5600],
+        }],
+        polls: vec![Poll {
+            sent_s: 3.0,
+            received_s: 3.1,
+            tilt_steps: -900,
+        }],
+        time_samples: vec![TimeSample {
+            sent_s: 1.0,
+            received_s: 1.1,
+            stamp_ms: 5,
+        }],
+    };
+    let level = RollPitchYaw {
+        roll_rad: 0.0,
+        pitch_rad: 0.0,
+        yaw_rad: 0.0,
+    };
+    RawSweep {
+        optics: Optics {
+            steps_per_turn: 1024,
+            front_step: 384,
+            first_step: 44,
+            cluster: 1,
+            dmin_mm: 20,
+            dmax_mm: 5600,
+            period_s: 0.1,
+        },
+        mount: Mount::new([0.1; 3], [0.4; 3], [0.7; 3], [1.0; 3], level),
+        tilt_rad_per_step: 0.0009,
+        tilt_zero_rad: 0.01,
+        tilt_low_rad: -0.6,
+        tilt_high_rad: 0.4,
+        line_pitch_rad: 0.0087,
+        legs: vec![
+            leg(Motion::Tilting {
+                speed_steps_s: 97.0,
+            }),
+            leg(Motion::Standing {
+                tilt_steps: vec![-5],
+            }),
+        ],
+    }
+}
+
+pub fn seeds() -> Vec<Vec<u8>> {
+    let component = Gaussian {
+        mean: Point3::new(1.0, 2.0, 3.0),
+        covariance: Matrix3::identity(),
+    };
+    let mixture = Mixture {
+        weights: vec![0.25, 0.75],
+        components: vec![component; 2],
+    };
+    let points = vec![Point3::new(1.0, 0.5, 0.25); 3];
+    vec![
+        encode_mixture(&mixture),
+        encode_view(&View::bare(points, Point3::origin())),
+        encode(&raw_sweep()),
+    ]
+}

@@ -1,0 +1,40 @@
+//! Recorded clouds: PLY, PCD and text.
+
+use patrold::formats::{read_cloud, split_finite, write_ply};
+
+/// A reader may not make more points out of a file than could stand in it, compressed ones apart.
+const MOST_POINTS_PER_BYTE: usize = 300;
+
+pub fn run(data: &[u8]) {
+    for extension in [None, Some("ply"), Some("pcd"), Some("xyz"), Some("txt")] {
+        if let Ok(cloud) = read_cloud(data, extension) {
+            assert!(cloud.points.len() <= MOST_POINTS_PER_BYTE * data.len().max(1));
+            let (finite, places) = split_finite(&cloud.points);
+            assert!(finite.len() == places.len() && finite.len() <= cloud.points.len());
+            let written = write_ply(&finite);
+            let again = read_cloud(&written, Some("ply")).expect("what was written");
+            assert_eq!(again.points.len(), finite.len());
+        }
+    }
+}
+
+pub fn seeds() -> Vec<Vec<u8>> {
+    let ascii = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n\
+                 1 2 3\n4 5 6\n";
+    let mut binary = b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty double x\nproperty double y\n\
+                       property double z\nproperty uchar red\nend_header\n"
+        .to_vec();
+    binary.extend([0_u8; 25]);
+    let head = "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n\
+                VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\n";
+    let mut packed = format!("{head}DATA binary_compressed\n").into_bytes();
+    packed.extend([7, 0, 0, 0, 24, 0, 0, 0, 0, 1, 0xE0, 14, 0, 0, 2]);
+    vec![
+        ascii.as_bytes().to_vec(),
+        binary,
+        format!("{head}DATA ascii\n1 2 3\nnan nan nan\n").into_bytes(),
+        [format!("{head}DATA binary\n").as_bytes(), &[0; 24]].concat(),
+        packed,
+        b"1 2 3\n4,5,6\n# no\n7;8;9 10\n".to_vec(),
+    ]
+}

@@ -1,0 +1,70 @@
+//! Sums read apart from the driver: no frame with a wrong sum may become a scan (protocol section 3).
+
+use scip::RawScan;
+
+/// The bytes that reached the driver last: enough for some of the greatest replies.
+#[derive(Default)]
+pub struct Heard(Vec<u8>);
+
+const KEPT: usize = 64 * 1024;
+
+impl Heard {
+    pub fn add(&mut self, bytes: &[u8]) {
+        self.0.extend_from_slice(bytes);
+        let over = self.0.len().saturating_sub(KEPT);
+        self.0.drain(..over);
+    }
+
+    /// Panics unless these bytes hold a message, every sum of it right, that says what `scan` says.
+    pub fn must_hold(&self, scan: &RawScan) {
+        let lines: Vec<&[u8]> = self.0.split(|byte| *byte == b'\n').collect();
+        let messages = lines.split(|line| line.is_empty());
+        let held = messages.clone().any(|message| says(message, scan));
+        assert!(held, "a scan that no intact message holds: {scan:?}");
+    }
+}
+
+fn body(line: &[u8]) -> Option<&[u8]> {
+    let (sum, body) = line.split_last()?;
+    let total = body
+        .iter()
+        .fold(0_u32, |total, byte| total + u32::from(*byte));
+    (u32::from(*sum) == total % 64 + 48).then_some(body)
+}
+
+fn number(characters: &[u8]) -> u32 {
+    characters.iter().fold(0, |value, byte| {
+        value * 64 + u32::from(byte.wrapping_sub(48))
+    })
+}
+
+fn says(message: &[&[u8]], scan: &RawScan) -> bool {
+    let [_, status, stamp, data @ ..] = message else {
+        return false;
+    };
+    if !matches!(body(status), Some(b"99" | b"00"))
+        || body(stamp).map(number) != Some(scan.stamp_ms)
+    {
+        return false;
+    }
+    let mut characters = Vec::new();
+    for line in data {
+        let Some(body) = body(line) else {
+            return false;
+        };
+        characters.extend_from_slice(body);
+    }
+    let width = if scan.coding == scip::Coding::TwoCharacter {
+        2
+    } else {
+        3
+    };
+    let told: Vec<u32> = characters.chunks(width).map(number).collect();
+    if scan.intensities.is_empty() {
+        return told == scan.ranges;
+    }
+    let pairs = scan.ranges.iter().zip(&scan.intensities);
+    told == pairs
+        .flat_map(|(range, light)| [*range, *light])
+        .collect::<Vec<u32>>()
+}

@@ -1,0 +1,30 @@
+//! Texts of a command line: faults and options of the emulated devices. A refusal is one line.
+
+use patrold::devices::EmulatedFault;
+
+pub fn run(data: &[u8]) {
+    let text = String::from_utf8_lossy(data);
+    for line in text.lines() {
+        if let Err(error) = line.parse::<EmulatedFault>() {
+            assert!(!error.to_string().contains('\n'), "{error}");
+        }
+        let _ = scip::twin::TwinOptions::default().set(line);
+        let _ = ptu::twin::TwinOptions::default().set(line);
+    }
+}
+
+pub fn seeds() -> Vec<Vec<u8>> {
+    let laser = scip::twin::Fault::kinds().map(|kind| format!("laser.{kind}:at=1,for=2.5,count=3"));
+    let head = ptu::twin::FaultKind::kinds().map(|kind| format!("ptu.{kind}:at=1s,for=300ms"));
+    let others = [
+        "laser.unplug:at=1,for=2,as=/dev/x,power=kept",
+        "laser.verify:status=31\nlaser.timer-set:to=16777\nptu.event:which=T,within=3,count=2",
+        "profile=ust-20lx\nlink=57600\nmodel=d46-70\nlatency=1/2\nmoving-to=3/-4",
+    ];
+    let others = others.map(str::to_owned);
+    laser
+        .chain(head)
+        .chain(others)
+        .map(String::into_bytes)
+        .collect()
+}

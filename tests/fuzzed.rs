@@ -1,0 +1,135 @@
+//! The fuzz bodies from seeds, the same on every machine: seeds as they are, then changed at random. Long runs are
+//! cargo-fuzz's (`fuzz/`).
+
+#[path = "../fuzz/bodies/mod.rs"]
+mod bodies;
+
+use bodies::ALL;
+
+/// Executions of each body: all ten together take some seconds.
+const EXECUTIONS: usize = 2_000;
+
+/// Numbers of a seed (SplitMix64).
+struct Dice(u64);
+
+impl Dice {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, bound: usize) -> usize {
+        (self.next() % bound.max(1) as u64) as usize
+    }
+
+    /// Bytes flipped, replaced, dropped, doubled, cut, joined with another seed's.
+    fn change(&mut self, mut bytes: Vec<u8>, other: &[u8]) -> Vec<u8> {
+        for _ in 0..=self.below(6) {
+            let at = self.below(bytes.len());
+            match self.below(8) {
+                0 => bytes.truncate(at),
+                1 => bytes.extend_from_slice(&other[self.below(other.len() + 1)..]),
+                2 if !bytes.is_empty() => drop(bytes.remove(at)),
+                3 => bytes.insert(at, self.next() as u8),
+                4 => {
+                    let piece = bytes[at..(at + self.below(40)).min(bytes.len())].to_vec();
+                    bytes.splice(at..at, piece);
+                }
+                5 => {
+                    if let Some(byte) = bytes.get_mut(at) {
+                        *byte = self.next() as u8;
+                    }
+                }
+                _ => {
+                    if let Some(byte) = bytes.get_mut(at) {
+                        *byte ^= 1 << self.below(8);
+                    }
+                }
+            }
+        }
+        bytes.truncate(8192);
+        bytes
+    }
+}
+
+fn fuzz(name: &str) {
+    let (_, run, seeds) = ALL
+        .iter()
+        .find(|(known, ..)| *known == name)
+        .expect("a body");
+    let seeds = seeds();
+    for seed in &seeds {
+        run(seed);
+    }
+    let mut dice = Dice(0x5EED);
+    for _ in 0..EXECUTIONS {
+        let (one, other) = (dice.below(seeds.len()), dice.below(seeds.len()));
+        let bytes = dice.change(seeds[one].clone(), &seeds[other]);
+        run(&bytes);
+    }
+    for length in 0..200 {
+        let bytes: Vec<u8> = (0..length * 5).map(|_| dice.next() as u8).collect();
+        run(&bytes);
+    }
+    eprintln!("{name}: {} executions", seeds.len() + EXECUTIONS + 200);
+}
+
+macro_rules! fuzzed {
+    ($($name:ident),*) => {$(
+        #[test]
+        fn $name() {
+            fuzz(stringify!($name));
+        }
+    )*};
+}
+
+fuzzed!(
+    scip_driver,
+    scip_line,
+    scip_twin,
+    ptu_driver,
+    ptu_line,
+    ptu_twin,
+    config,
+    clouds,
+    blobs,
+    texts
+);
+
+/// The watch on sums would be none if no scan ever came.
+#[test]
+fn scans_come_through_and_are_watched() {
+    use bodies::{scip_driver, scip_line};
+    let scans: usize = scip_driver::seeds()
+        .iter()
+        .map(|seed| scip_driver::scans(seed))
+        .sum();
+    assert_eq!(scans, 1, "the second has the stamp of the first");
+    for seed in scip_line::seeds() {
+        let scans = scip_line::scans(&seed);
+        assert!(scans >= 2, "{scans}");
+    }
+}
+
+#[test]
+#[should_panic(expected = "no intact message holds")]
+fn a_scan_out_of_nothing_is_seen() {
+    let scan = scip::RawScan {
+        first_step: 44,
+        cluster: 1,
+        coding: scip::Coding::ThreeCharacter,
+        ranges: vec![1234],
+        intensities: Vec::new(),
+        stamp_ms: 5,
+        remaining: 0,
+    };
+    bodies::scip_sums::Heard::default().must_hold(&scan);
+}
+
+#[test]
+fn no_body_is_forgotten() {
+    assert_eq!(ALL.len(), 10);
+}
