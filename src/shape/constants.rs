@@ -134,6 +134,8 @@ pub(super) const MOST_LONELY_SHARE: f64 = 0.2;
 pub(super) const RULED_OUT_COST: f64 = 80.0;
 /// Points from which on further classes are asked: four for every parameter of a box.
 pub(super) const LEAST_FURTHER_POINTS: usize = 36;
+/// The same of a superquadric.
+pub(super) const LEAST_SUPERQUADRIC_POINTS: usize = 44;
 /// Sets of points that propose a box or a cone: with three faces in sight one set in thirty lies
 /// as it should, so that some five of them do.
 pub(super) const START_TRIES: usize = 200;

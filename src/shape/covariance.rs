@@ -2,9 +2,10 @@
 
 use super::constants::{
     BIASED_NOISE, BOARD_SHARE, HOPEFUL, LEAST_AXIS_VIEW_RAD, LEAST_BESIDE_SHARE,
-    LEAST_FURTHER_POINTS, LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE, MEDIAN_SCATTER,
-    MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES, PROMISING_COST, ROUGHNESS_SHARE,
-    ROUNDS_OF_ALIKE, RULED_OUT_COST, SAME_ANSWER_M, UNLIKELY_PENALTY,
+    LEAST_FURTHER_POINTS, LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE,
+    LEAST_SUPERQUADRIC_POINTS, MEDIAN_SCATTER, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES,
+    PROMISING_COST, ROUGHNESS_SHARE, ROUNDS_OF_ALIKE, RULED_OUT_COST, SAME_ANSWER_M,
+    UNEXPLAINED_SIGMAS, UNLIKELY_PENALTY,
 };
 use super::faces::{beside_first_face, tally_cost};
 use super::matching::{Matched, Observed, Witness, matched};
@@ -180,6 +181,7 @@ fn judged(
     let near = |primitive: &Primitive, times: f64| {
         typical_distance_m(observed, primitive) <= times * BIASED_NOISE * expected
     };
+    let enough = observed.points.len() >= LEAST_SUPERQUADRIC_POINTS;
     if enough && !most_likely(observed, &fits, view).is_some_and(explains) {
         let fitted: Vec<Primitive> = fits.iter().flatten().map(|fit| fit.primitive).collect();
         let starts = superquadric_starts(observed, axes, &fitted, expected);
@@ -192,6 +194,8 @@ fn judged(
             let others = drawn_in(observed, others.flatten().collect(), first);
             found = best_of(found.into_iter().chain(others).collect());
         }
+        let told = (1.0 + UNEXPLAINED_SIGMAS * scatter).min(BIASED_NOISE);
+        found.retain(|fit| near(&fit.primitive, told / BIASED_NOISE));
         fits.push(found);
     }
     // What no class explains (a person) is no box either, only because that came closest.

@@ -158,7 +158,8 @@ pub(super) fn look(
 }
 
 /// A thing of class `class` (0 sphere, 1 cylinder, 2 plane as the corridor scenes have them; 3 box,
-/// 4 cone, 5 superquadric of that size and attitude), for a sensor at the origin.
+/// 4 cone, 5 superquadric of that size and attitude; 6 short cylinder, 7 cylinder seen end-on), for a
+/// sensor at the origin.
 pub(super) fn thing(class: usize, seed: u64) -> (Primitive, ChaCha8Rng) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed * 3 + class as u64);
     let centre = Point3::new(
@@ -200,6 +201,26 @@ pub(super) fn thing(class: usize, seed: u64) -> (Primitive, ChaCha8Rng) {
             sides_m: std::array::from_fn(|_| rng.random_range(0.3..0.9)),
             exponents: std::array::from_fn(|_| rng.random_range(0.3..1.7)),
         }),
+        // A cylinder shorter than 1.2 times its width, and one whose axis lies within 25 deg of the view.
+        6 => {
+            let lean: [f64; 2] = [rng.random_range(-0.3..0.3), rng.random_range(-0.3..0.3)];
+            let radius_m = rng.random_range(0.2..0.4);
+            Primitive::Cylinder(Cylinder {
+                centre,
+                axis: Unit::new_normalize(Vector3::new(lean[0], lean[1], 1.0)),
+                radius_m,
+                length_m: 2.0 * radius_m * rng.random_range(0.4..1.2),
+            })
+        }
+        7 => {
+            let off: [f64; 3] = std::array::from_fn(|_| rng.random_range(-0.24..0.24));
+            Primitive::Cylinder(Cylinder {
+                centre,
+                axis: Unit::new_normalize(centre.coords.normalize() + Vector3::from(off)),
+                radius_m: rng.random_range(0.15..0.35),
+                length_m: rng.random_range(0.4..1.2),
+            })
+        }
         _ => Primitive::Plane(Plane {
             centre,
             // Normal within 50 deg of the view.

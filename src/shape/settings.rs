@@ -101,7 +101,7 @@ impl Default for ShapeSettings {
             ambiguous_below: 0.75,
             ransac_source: RansacSource::Points,
             ransac: None,
-            parts_above: 3.0,
+            parts_above: 2.0,
         }
     }
 }

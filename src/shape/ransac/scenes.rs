@@ -308,3 +308,28 @@ fn a_large_cloud_is_searched_by_subsets() {
     let found = detect(&points, &normals, &settings(2000), 2);
     assert_eq!(found.len(), 3);
 }
+
+#[test]
+fn no_radius_outgrows_the_thing() {
+    // A lumpy patch, nearly flat, with normals that lean anyhow.
+    for seed in 0..200 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let points: Vec<Point3<f64>> = (0..60)
+            .map(|_| {
+                let [x, y, z]: [f64; 3] = std::array::from_fn(|_| rng.random_range(-0.5..0.5));
+                Point3::new(x, y, 0.02 * z)
+            })
+            .collect();
+        let normals: Vec<Vector3<f64>> = points
+            .iter()
+            .map(|_| {
+                let [x, y]: [f64; 2] = std::array::from_fn(|_| rng.random_range(-0.4..0.4));
+                Vector3::new(x, y, 1.0).normalize()
+            })
+            .collect();
+        for d in detect(&points, &normals, &settings(10), seed) {
+            let most = d.primitive.size_m().iter().fold(0.0f64, |a, &b| a.max(b));
+            assert!(most < 20.0, "seed {seed}: {:?}", d.primitive);
+        }
+    }
+}

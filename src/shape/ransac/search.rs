@@ -218,7 +218,9 @@ impl Search {
             }
             inliers = self.patch(&surface, self.tolerance, cloud);
         }
-        (inliers.len() >= self.min_points).then_some((surface, inliers))
+        // Points of a flat patch can draw a radius out without end.
+        let sane = surface.radius_m().is_none_or(|r| r <= self.largest_m);
+        (sane && inliers.len() >= self.min_points).then_some((surface, inliers))
     }
 
     /// A surface of fewer parameters that holds as many of `own` points: a huge ball is a plane.
