@@ -293,7 +293,7 @@ fn spreads(problem: &Match<'_>) -> ([f64; 3], [f64; 3]) {
     // the data leave open lie where their bounded curve is flat, and have no slope to tell it by.
     let mut variance = [0.0; 6];
     for column in root.l().column_iter() {
-        let step = &column * (1.0 / column.norm()).min(1.0);
+        let step = column * (1.0 / column.norm()).min(1.0);
         for sign in [1.0, -1.0] {
             let there = numbers(&(&problem.x + &step * sign)).unwrap_or(here);
             for (sum, (there, here)) in variance.iter_mut().zip(there.iter().zip(here)) {
