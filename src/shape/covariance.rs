@@ -168,20 +168,23 @@ fn judged(
             && without_pattern(observed, primitive, axes)
             && unlikely(observed, primitive, view) == 0.0
     };
-    if enough && !most_likely(observed, &fits, view).is_some_and(explains) {
+    let asked = enough && !most_likely(observed, &fits, view).is_some_and(explains);
+    if asked {
         let starts = edged_starts(observed, axes, expected);
         fits.extend(starts.map(|class| best_of(drawn_in(observed, class, first))));
     }
     // A superquadric follows any pattern, and a laser's own bias is one: it is asked where most points
     // lie farther off than their neighbours' noise, or than noise and a bias of its size.
+    let enough = asked && observed.points.len() >= LEAST_SUPERQUADRIC_POINTS;
     let scatter = MEDIAN_SCATTER / (observed.points.len() as f64).sqrt();
-    let own = noise_among_neighbours_m(&observed.points);
-    let limit = (own.max(expected) * (1.0 + scatter)).min(BIASED_NOISE * expected);
-    let explains = |primitive: &Primitive| typical_distance_m(observed, primitive) <= limit;
+    let explains = |primitive: &Primitive| {
+        let own = noise_among_neighbours_m(&observed.points);
+        let limit = (own.max(expected) * (1.0 + scatter)).min(BIASED_NOISE * expected);
+        typical_distance_m(observed, primitive) <= limit
+    };
     let near = |primitive: &Primitive, times: f64| {
         typical_distance_m(observed, primitive) <= times * BIASED_NOISE * expected
     };
-    let enough = observed.points.len() >= LEAST_SUPERQUADRIC_POINTS;
     if enough && !most_likely(observed, &fits, view).is_some_and(explains) {
         let fitted: Vec<Primitive> = fits.iter().flatten().map(|fit| fit.primitive).collect();
         let starts = superquadric_starts(observed, axes, &fitted, expected);

@@ -1,6 +1,6 @@
 //! Right-handed frames about a given axis.
 
-use nalgebra::{Matrix3, Unit, Vector3};
+use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 /// Some unit vector perpendicular to `axis`.
 pub(in crate::shape) fn perpendicular(axis: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
@@ -13,6 +13,14 @@ pub(in crate::shape) fn perpendicular(axis: &Unit<Vector3<f64>>) -> Unit<Vector3
         Vector3::z()
     };
     Unit::new_normalize(axis.cross(&other))
+}
+
+/// `axis` turned about two perpendiculars of it, by so many radians.
+pub(in crate::shape) fn turned(axis: &Unit<Vector3<f64>>, by: [f64; 2]) -> Unit<Vector3<f64>> {
+    let e1 = perpendicular(axis);
+    let e2 = axis.cross(&e1);
+    let turn = Rotation3::new(e1.as_ref() * by[0] + e2 * by[1]);
+    Unit::new_normalize(turn * axis.as_ref())
 }
 
 /// The right-handed rotation whose third column is `third` and whose first is the part of `hint`

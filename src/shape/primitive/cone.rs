@@ -1,9 +1,9 @@
 //! The cone.
 
 use super::quadrature::{Patch, circle, interval};
-use super::{perpendicular, rotation_with_third};
+use super::{perpendicular, rotation_with_third, turned};
 use crate::shape::constants::{BOUNDS, CAP_IN_SIGHT_SIN};
-use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
+use nalgebra::{Matrix3, Point3, Unit, Vector3};
 
 /// A right circular cone that ends in its apex.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -159,12 +159,9 @@ impl Cone {
         let [cx, cy, cz, turn_1, turn_2, width, height] = *x else {
             return None;
         };
-        let e1 = perpendicular(&self.axis);
-        let e2 = self.axis.cross(&e1);
-        let turn = Rotation3::new(e1.as_ref() * turn_1 + e2 * turn_2);
         Some(Self {
             centre: self.centre + Vector3::new(cx, cy, cz) * scale_m,
-            axis: Unit::new_normalize(turn * self.axis.as_ref()),
+            axis: turned(&self.axis, [turn_1, turn_2]),
             radius_m: BOUNDS.cone_diameter_m.moved(2.0 * self.radius_m, width) / 2.0,
             height_m: BOUNDS.cone_height_m.moved(self.height_m, height),
         })

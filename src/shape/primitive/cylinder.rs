@@ -1,9 +1,9 @@
 //! The cylinder.
 
 use super::quadrature::{Patch, circle, interval};
-use super::{perpendicular, rotation_with_third};
+use super::{perpendicular, rotation_with_third, turned};
 use crate::shape::constants::{BOUNDS, CAP_IN_SIGHT_SIN};
-use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
+use nalgebra::{Matrix3, Point3, Unit, Vector3};
 
 /// A cylinder of finite length.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -158,12 +158,9 @@ impl Cylinder {
         let [cx, cy, cz, turn_1, turn_2, width, length] = *x else {
             return None;
         };
-        let e1 = perpendicular(&self.axis);
-        let e2 = self.axis.cross(&e1);
-        let turn = Rotation3::new(e1.as_ref() * turn_1 + e2 * turn_2);
         Some(Self {
             centre: self.centre + Vector3::new(cx, cy, cz) * scale_m,
-            axis: Unit::new_normalize(turn * self.axis.as_ref()),
+            axis: turned(&self.axis, [turn_1, turn_2]),
             radius_m: BOUNDS.cylinder_diameter_m.moved(2.0 * self.radius_m, width) / 2.0,
             length_m: BOUNDS.cylinder_length_m.moved(self.length_m, length),
         })

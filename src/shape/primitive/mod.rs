@@ -20,5 +20,5 @@ pub use plane::Plane;
 pub use sphere::Sphere;
 pub use superquadric::Superquadric;
 
-pub(super) use axes::{perpendicular, rotation_with_third};
+pub(super) use axes::{perpendicular, rotation_with_third, turned};
 pub(super) use quadrature::{Patch, interval};
