@@ -4,8 +4,8 @@ use super::algorithm1;
 use super::quantify::{Balance, Side, quantify, split_settings};
 use super::verdict::{Findings, verdict};
 use super::{
-    Evidence, EvidenceSettings, Judge, Kind, Model, Novelty, NoveltyError, Prepared, Segmentation,
-    Settings, Sight, Thing, Verdict, moved, noise, segment,
+    Evidence, EvidenceSettings, Judge, Kind, Model, Novelty, NoveltyError, Onlooker, Prepared,
+    Segmentation, Settings, Sight, Thing, Verdict, moved, noise, segment,
 };
 use crate::geometry::{Field, Landmarks, NoiseLaw, Passage, Pose, Registration, View, register};
 use crate::mixture::{Components, FitSettings, Gaussian, Mixture, fit, split_until_flat};
@@ -106,8 +106,8 @@ pub fn detect(
     let (things, literal) = match settings.segmentation {
         Segmentation::Evidence => {
             let things = [
-                segment(then, &evidence[0], now.rays.spacing_rad, &settings.segment),
-                segment(&now, &evidence[1], then.rays.spacing_rad, &settings.segment),
+                segment(then, &evidence[0], &pair.onlooker(0), &settings.segment),
+                segment(&now, &evidence[1], &pair.onlooker(1), &settings.segment),
             ];
             (things, None)
         }
@@ -216,15 +216,29 @@ impl<'a> Pair<'a> {
         }
     }
 
+    /// Carries places of view `side` (0 reference, 1 current) into the other view's frame.
+    fn other_from(&self, side: usize) -> Passage {
+        let reference_from_current = self.registration.reference_from_current();
+        match side {
+            0 => reference_from_current.inverse(),
+            _ => reference_from_current,
+        }
+    }
+
+    /// The view that judges the points of view `side`.
+    fn onlooker(&self, side: usize) -> Onlooker<'a> {
+        Onlooker {
+            view: self.views[1 - side],
+            from_own: self.other_from(side),
+        }
+    }
+
     /// Judges each view's points by the other's rays. Far points stay as what rays end at: only that they are judged
     /// themselves ends with the range limit.
     fn judge(&self, settings: &Settings) -> [Vec<Evidence>; 2] {
         [0, 1].map(|side| {
             let (own, other) = (self.views[side], self.views[1 - side]);
-            let other_from_own = match side {
-                0 => self.registration.reference_from_current().inverse(),
-                _ => self.registration.reference_from_current(),
-            };
+            let other_from_own = self.other_from(side);
             let mut evidence = Judge {
                 other,
                 other_from_own,

@@ -3,11 +3,13 @@
 mod algorithm1;
 mod common_surface;
 mod detect;
+mod drawn;
 mod errors;
 mod ledger;
 mod model;
 mod moved;
 mod noise;
+mod outline;
 mod prepared;
 mod quantify;
 mod sampling;
@@ -17,6 +19,7 @@ mod verdict;
 mod visibility;
 
 pub use detect::{Detection, Pair, Reference, Stage, detect};
+pub use drawn::Onlooker;
 pub use errors::NoveltyError;
 pub use model::{Kind, Novelty, Verdict};
 pub use noise::Between;

@@ -1,8 +1,9 @@
 //! Deviating points become things: seeds, growth, connection, and the gates of a listed novelty.
 
-use super::{Evidence, Prepared, SegmentSettings};
+use super::outline::Outline;
+use super::{Evidence, Onlooker, Prepared, SegmentSettings};
 use crate::geometry::Grid;
-use nalgebra::{Matrix2, Point3, SymmetricEigen, Vector2, Vector3};
+use nalgebra::{Point3, Vector3};
 
 /// A connected set of deviating points of one view.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,23 +22,52 @@ pub struct Thing {
     pub empty: f64,
 }
 
-/// Connects the deviating points of `own` (one evidence per point, judged by rows `other_spacing_rad` apart) and lists the
-/// things that pass the gates, largest support first.
+impl Thing {
+    /// How many rows of its own points lie across its shorter side, whatever the pattern elsewhere.
+    pub fn own_rows(&self) -> f64 {
+        let [small, large] = self.width_rad;
+        (self.points.len() as f64 * small / large.max(1e-9)).sqrt()
+    }
+
+    /// How many of its points it has per steradian of its outline.
+    pub fn own_density_per_sr(&self) -> f64 {
+        let [small, large] = self.width_rad;
+        // Of an ellipse: width is sqrt(12) standard deviations, the half axis two.
+        let outline_sr = std::f64::consts::PI * small * large / 3.0;
+        self.points.len() as f64 / outline_sr.max(1e-12)
+    }
+}
+
+/// Connects the deviating points of `own` (one evidence per point, judged by the view `other`) and lists the things that
+/// pass the gates, largest support first.
 pub fn segment(
     own: &Prepared,
     evidence: &[Evidence],
-    other_spacing_rad: f64,
+    other: &Onlooker<'_>,
     settings: &SegmentSettings,
 ) -> Vec<Thing> {
-    let members = grow(own, evidence, settings);
     // What is thinner than the other view's rows may hide between them.
-    let spacing_rad = own.rays.spacing_rad.max(other_spacing_rad);
-    let mut things: Vec<Thing> = connect(own, &members, settings)
-        .into_iter()
-        .filter(|points| points.len() >= settings.least_points)
-        .map(|points| measure(own, evidence, points, settings))
-        .filter(|thing| passes(thing, spacing_rad, settings))
-        .collect();
+    let spacing_rad = own.rays.spacing_rad.max(other.view.rays.spacing_rad);
+    let measured = |members: &[usize]| -> Vec<Thing> {
+        connect(own, members, settings)
+            .into_iter()
+            .filter(|points| points.len() >= settings.least_points)
+            .map(|points| measure(own, evidence, points, settings))
+            .collect()
+    };
+    let drawn =
+        |thing: &Thing| thing.support >= settings.thin_support && other.lacks(own, thing, settings);
+    let sure = grow(own, evidence, |e| e.z, settings);
+    let mut things = measured(&sure);
+    things.retain(|thing| passes(thing, spacing_rad, settings) || drawn(thing));
+    // Where the other view's rays lie further apart than a thing is wide, not all of them end behind it; the nearest do.
+    let mut left = evidence.to_vec();
+    for i in sure {
+        left[i] = Evidence::none(left[i].sight);
+    }
+    let mut loose = measured(&grow(own, &left, |e| e.z_loose, settings));
+    loose.retain(drawn);
+    things.extend(loose);
     things.sort_by(|a, b| {
         b.support
             .total_cmp(&a.support)
@@ -84,20 +114,25 @@ fn density(own: &Prepared, direction: &Vector3<f64>) -> (f64, f64) {
     (local, (local / own.rays.mean_density_per_sr).max(1.0))
 }
 
-/// Seeds, and the less sure points near them.
-fn grow(own: &Prepared, evidence: &[Evidence], settings: &SegmentSettings) -> Vec<usize> {
+/// Seeds, surely off by `z`, and the less sure points near them.
+fn grow(
+    own: &Prepared,
+    evidence: &[Evidence],
+    z: impl Fn(&Evidence) -> f64,
+    settings: &SegmentSettings,
+) -> Vec<usize> {
     let points = &own.view.points;
     let seeds: Vec<Point3<f64>> = evidence
         .iter()
         .zip(points)
-        .filter(|(e, _)| e.z >= settings.seed_sigmas)
+        .filter(|(e, _)| z(e) >= settings.seed_sigmas)
         .map(|(_, p)| *p)
         .collect();
     let grid = Grid::new(&seeds, settings.grow_within_m);
     (0..evidence.len())
         .filter(|i| {
             let e = &evidence[*i];
-            e.z >= settings.seed_sigmas || {
+            z(e) >= settings.seed_sigmas || {
                 e.z.max(e.z_loose) >= settings.grow_sigmas && {
                     let p = &points[*i];
                     let reach_m = link_m(own, p, settings.grow_within_m, settings);
@@ -108,13 +143,31 @@ fn grow(own: &Prepared, evidence: &[Evidence], settings: &SegmentSettings) -> Ve
         .collect()
 }
 
+/// How far apart places lie around `p`, one of them: the third nearest is as far away as the next in a grid. Infinite
+/// where there are fewer within `reach_m`.
+fn spacing_m(grid: &Grid, p: &Point3<f64>, reach_m: f64) -> f64 {
+    // The nearest of all is `p` itself.
+    let mut nearest = [f64::INFINITY; 4];
+    grid.for_each_within(p, reach_m, |_, apart_2| {
+        if apart_2 < nearest[3] {
+            nearest[3] = apart_2;
+            nearest.sort_unstable_by(f64::total_cmp);
+        }
+    });
+    nearest[3].sqrt()
+}
+
 /// Connected parts, each ascending, ordered by their first point.
 fn connect(own: &Prepared, members: &[usize], settings: &SegmentSettings) -> Vec<Vec<usize>> {
     let places: Vec<Point3<f64>> = members.iter().map(|i| own.view.points[*i]).collect();
     let grid = Grid::new(&places, settings.link_m);
     let reach_m: Vec<f64> = places
         .iter()
-        .map(|p| link_m(own, p, settings.link_m, settings))
+        .map(|p| {
+            let usual_m = link_m(own, p, settings.link_m, settings);
+            let own_m = settings.link_spacings * spacing_m(&grid, p, usual_m);
+            own_m.clamp(settings.link_m, usual_m)
+        })
         .collect();
     let mut parent: Vec<usize> = (0..places.len()).collect();
     for (i, p) in places.iter().enumerate() {
@@ -156,33 +209,7 @@ pub fn measure(
         .map(|i| (own.view.points[*i] - own.view.origin).normalize())
         .collect();
     let n = points.len() as f64;
-    let axis = directions
-        .iter()
-        .sum::<Vector3<f64>>()
-        .try_normalize(1e-9)
-        .unwrap_or_else(Vector3::x);
-    let across = axis
-        .cross(&if axis.z.abs() < 0.9 {
-            Vector3::z()
-        } else {
-            Vector3::x()
-        })
-        .normalize();
-    let up = axis.cross(&across);
-    let flat: Vec<Vector2<f64>> = directions
-        .iter()
-        .map(|d| Vector2::new(d.dot(&across), d.dot(&up)))
-        .collect();
-    let mean = flat.iter().sum::<Vector2<f64>>() / n;
-    let covariance = flat
-        .iter()
-        .map(|v| (v - mean) * (v - mean).transpose())
-        .sum::<Matrix2<f64>>()
-        / n;
-    let eigen = SymmetricEigen::new(covariance);
-    // A uniform spread of width w has the standard deviation w / sqrt(12).
-    let width = |v: f64| (12.0 * v.max(0.0)).sqrt();
-    let (small, large) = (eigen.eigenvalues.min(), eigen.eigenvalues.max());
+    let outline = Outline::of(&directions);
     let mut support = 0.0;
     let (mut through, mut crowding) = (0.0, 0.0);
     for (i, d) in points.iter().zip(&directions) {
@@ -193,15 +220,13 @@ pub fn measure(
         through += 1.0 / local;
         crowding += crowded / n;
     }
-    // Solid angle of its own beams over that of the ellipse with the same moments.
-    let outline = std::f64::consts::PI * 4.0 * (small.max(0.0) * large.max(0.0)).sqrt();
     let empty = points.iter().filter(|i| evidence[**i].empty).count() as f64 / n;
     Thing {
         points,
         support,
         crowding,
-        width_rad: [width(small), width(large)],
-        fill: through / outline.max(1e-12),
+        width_rad: outline.widths_rad(),
+        fill: through / outline.solid_angle_sr().max(1e-12),
         empty,
     }
 }

@@ -230,6 +230,11 @@ pub struct SegmentSettings {
     pub sparse_support: f64,
     /// Least fill of such a thing.
     pub sparse_fill: f64,
+    /// A thing drew its beams if so many times more of them end on it than the pattern around has: even where lines
+    /// converge a pattern is level to a factor of two within 2.5 rows. It is judged by its own rows, not the other view's.
+    pub drawn_fill: f64,
+    /// And at least so many times more than the other view has within its outline.
+    pub drawn_surplus: f64,
 }
 
 impl Default for SegmentSettings {
@@ -252,6 +257,8 @@ impl Default for SegmentSettings {
             least_fill: 0.3,
             sparse_support: 600.0,
             sparse_fill: 0.1,
+            drawn_fill: 3.0,
+            drawn_surplus: 2.0,
         }
     }
 }
