@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Point3};
 use patrold::alarm::State;
 use patrold::geometry::View;
 use patrold::mixture::{Gaussian, Mixture};
-use patrold::novelty::{Kind, Novelty, Verdict};
+use patrold::novelty::{Kind, Novelty, Rim, Verdict};
 use patrold::patrol::NoveltyRecord;
 use patrold::store::{
     AlarmFilter, Level, NewReference, NewVisit, Recorded, Retention, Stamp, Store, StoreError,
@@ -67,6 +67,7 @@ fn thing(x: f64) -> NoveltyRecord {
         moments: gaussian(x),
         mixture: mixture(),
         extent_m: [0.1, 0.1, 0.1],
+        rim: Rim::default(),
         mass: 0.01,
         contribution: 0.005,
         support: 400.0,

@@ -3,6 +3,7 @@
 use super::failure::{DONE, Failure, Outcome};
 use super::{clouds, files, output, table};
 use crate::mixture::{FitSettings, fit};
+use crate::novelty::Rim;
 use crate::patrol::ShapeRecord;
 use crate::shape::ransac::RansacSettings;
 use crate::shape::{Choice, Shape, ShapeSettings, primitives, retrieve};
@@ -148,6 +149,7 @@ fn shapes(args: &ShapesArgs, cloud: &clouds::LoadedCloud) -> Result<Vec<Shape>, 
     };
     let retrieval = retrieve(
         &cloud.points,
+        &Rim::default(),
         &mixture,
         &args.sensor_origin,
         &settings,

@@ -1,14 +1,15 @@
 //! The whole comparison, step by step.
 
 use super::algorithm1;
-use super::quantify::{Balance, Side, quantify, split_settings};
+use super::quantify::{Side, quantify, split_settings};
+use super::tell::tell;
 use super::verdict::{Findings, verdict};
 use super::{
-    Evidence, EvidenceSettings, Judge, Kind, Model, Novelty, NoveltyError, Onlooker, Prepared,
-    Segmentation, Settings, Sight, Thing, Verdict, moved, noise, segment,
+    Evidence, EvidenceSettings, Judge, Model, Novelty, NoveltyError, Onlooker, Prepared,
+    Segmentation, Settings, Sight, Thing, Verdict, noise, segment,
 };
 use crate::geometry::{Field, Landmarks, NoiseLaw, Passage, Pose, Registration, View, register};
-use crate::mixture::{Components, FitSettings, Gaussian, Mixture, fit, split_until_flat};
+use crate::mixture::{Components, FitSettings, Mixture, fit, split_until_flat};
 use nalgebra::Point3;
 
 /// The step that begins; lets the caller time them.
@@ -103,11 +104,12 @@ pub fn detect(
 
     observer(Stage::Segment);
     let evidence = pair.judge(settings);
+    let onlookers = [pair.onlooker(0), pair.onlooker(1)];
     let (things, literal) = match settings.segmentation {
         Segmentation::Evidence => {
             let things = [
-                segment(then, &evidence[0], &pair.onlooker(0), &settings.segment),
-                segment(&now, &evidence[1], &pair.onlooker(1), &settings.segment),
+                segment(then, &evidence[0], &onlookers[0], &settings.segment),
+                segment(&now, &evidence[1], &onlookers[1], &settings.segment),
             ];
             (things, None)
         }
@@ -133,7 +135,7 @@ pub fn detect(
     if let Some((d, contributions, components)) = literal {
         balance.restate(d, contributions, components);
     }
-    let novelties = tell(&things, &sides, &balance, &pair.registration)?;
+    let novelties = tell(&things, &sides, &onlookers, &balance, &settings.segment)?;
 
     let mut labels = vec![false; current.points.len()];
     for i in points[1].iter().flatten() {
@@ -328,56 +330,4 @@ fn points_of(things: &[Thing]) -> Vec<Vec<usize>> {
 
 fn sights(evidence: &[Evidence]) -> Vec<Sight> {
     evidence.iter().map(|e| e.sight).collect()
-}
-
-/// Novelties as they are told: disappeared first, then appeared, positions in the current frame.
-fn tell(
-    things: &[Vec<Thing>; 2],
-    sides: &[Side<'_>; 2],
-    balance: &Balance,
-    registration: &Registration,
-) -> Result<Vec<Novelty>, NoveltyError> {
-    let mut told = Vec::new();
-    for (side, kind) in [(0, Kind::Disappeared), (1, Kind::Appeared)] {
-        let shares = [&balance.disappeared, &balance.appeared][side];
-        let current_from_own = match kind {
-            Kind::Disappeared => registration.reference_from_current().inverse(),
-            Kind::Appeared => Passage::identity(),
-        };
-        for (thing, (mass, contribution)) in things[side].iter().zip(shares) {
-            let places: Vec<Point3<f64>> = thing
-                .points
-                .iter()
-                .map(|i| current_from_own.carry(&sides[side].own.view.points[*i]))
-                .collect();
-            let Some(moments) = Gaussian::of_points(&places) else {
-                continue;
-            };
-            told.push(Novelty {
-                kind,
-                moved_from: None,
-                points: thing.points.clone(),
-                moments,
-                mixture: split_until_flat(&places, None, &split_settings(sides[side].own))?,
-                extent_m: extent(&places),
-                places,
-                mass: *mass,
-                contribution: *contribution,
-                support: thing.support,
-            });
-        }
-    }
-    moved::link(&mut told);
-    Ok(told)
-}
-
-fn extent(places: &[Point3<f64>]) -> [f64; 3] {
-    [0, 1, 2].map(|axis| {
-        let (low, high) = places
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
-                (low.min(p[axis]), high.max(p[axis]))
-            });
-        high - low
-    })
 }

@@ -12,9 +12,11 @@ mod noise;
 mod outline;
 mod prepared;
 mod quantify;
+mod rim;
 mod sampling;
 mod segment;
 mod settings;
+mod tell;
 mod verdict;
 mod visibility;
 
@@ -25,6 +27,7 @@ pub use model::{Kind, Novelty, Verdict};
 pub use noise::Between;
 pub use prepared::Prepared;
 pub use quantify::Balance;
+pub use rim::Rim;
 pub use segment::{Thing, measure, segment};
 pub use settings::{
     EvidenceSettings, Model, QuantifySettings, SegmentSettings, Segmentation, Settings,

@@ -1,5 +1,6 @@
 //! The words in which a change is told.
 
+use super::Rim;
 use crate::mixture::{Gaussian, Mixture};
 use nalgebra::Point3;
 
@@ -46,6 +47,8 @@ pub struct Novelty {
     pub points: Vec<usize>,
     /// Those points, metres.
     pub places: Vec<Point3<f64>>,
+    /// What lies about it: points that may be its own although they prove no change.
+    pub rim: Rim,
     /// Mean and covariance of its points.
     pub moments: Gaussian,
     /// Its Gaussians, for retrieval of its shape (section IV); weights sum to one within it.

@@ -157,18 +157,26 @@ fn spacing_m(grid: &Grid, p: &Point3<f64>, reach_m: f64) -> f64 {
     nearest[3].sqrt()
 }
 
+/// Distance within which what lies beside each of `places` may be of one thing with it.
+pub(super) fn reaches_m(
+    own: &Prepared,
+    places: &[Point3<f64>],
+    grid: &Grid,
+    settings: &SegmentSettings,
+) -> Vec<f64> {
+    let reach_m = |p: &Point3<f64>| {
+        let usual_m = link_m(own, p, settings.link_m, settings);
+        let own_m = settings.link_spacings * spacing_m(grid, p, usual_m);
+        own_m.clamp(settings.link_m, usual_m)
+    };
+    places.iter().map(reach_m).collect()
+}
+
 /// Connected parts, each ascending, ordered by their first point.
 fn connect(own: &Prepared, members: &[usize], settings: &SegmentSettings) -> Vec<Vec<usize>> {
     let places: Vec<Point3<f64>> = members.iter().map(|i| own.view.points[*i]).collect();
     let grid = Grid::new(&places, settings.link_m);
-    let reach_m: Vec<f64> = places
-        .iter()
-        .map(|p| {
-            let usual_m = link_m(own, p, settings.link_m, settings);
-            let own_m = settings.link_spacings * spacing_m(&grid, p, usual_m);
-            own_m.clamp(settings.link_m, usual_m)
-        })
-        .collect();
+    let reach_m = reaches_m(own, &places, &grid, settings);
     let mut parent: Vec<usize> = (0..places.len()).collect();
     for (i, p) in places.iter().enumerate() {
         grid.for_each_within(p, reach_m[i], |j, apart_2| {

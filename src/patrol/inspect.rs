@@ -104,6 +104,7 @@ fn shape_of(
     // Too few points for a surface is an answer, not a failure: the novelty stands without a shape.
     retrieve(
         &novelty.places,
+        &novelty.rim,
         &novelty.mixture,
         &origin,
         &shape_settings,

@@ -248,7 +248,7 @@ mod tests {
     use super::{NoveltyRecord, turned_sd};
     use crate::geometry::RollPitchYaw;
     use crate::mixture::{Gaussian, Mixture};
-    use crate::novelty::{Kind, Novelty};
+    use crate::novelty::{Kind, Novelty, Rim};
     use nalgebra::{Matrix3, Point3, Vector3};
 
     fn novelty(places: Vec<Point3<f64>>) -> Novelty {
@@ -263,6 +263,7 @@ mod tests {
             },
             mixture: Mixture::default(),
             extent_m: [1.0, 2.0, 3.0],
+            rim: Rim::default(),
             mass: 0.1,
             contribution: 0.2,
             support: 300.0,

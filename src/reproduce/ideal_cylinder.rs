@@ -4,6 +4,7 @@ use super::constants::{
     CYLINDER_ATTITUDES, ENGINE_SEED, IDEAL_CYLINDER_AT_M, IDEAL_CYLINDER_M, IDEAL_CYLINDER_POINTS,
 };
 use crate::mixture::{Gaussian, Mixture};
+use crate::novelty::Rim;
 use crate::shape::{
     Class, Cylinder, Primitive, Shape, ShapeError, ShapeSettings, SurfaceModel, retrieve,
     surface_moments,
@@ -69,7 +70,14 @@ fn attitude(rng: &mut ChaCha8Rng) -> Result<Attitude, ShapeError> {
         weights: vec![1.0],
         components: vec![gaussian],
     };
-    let told = retrieve(&points, &mixture, &sensor, &settings, ENGINE_SEED)?;
+    let told = retrieve(
+        &points,
+        &Rim::default(),
+        &mixture,
+        &sensor,
+        &settings,
+        ENGINE_SEED,
+    )?;
     Ok(Attitude {
         cylinder,
         gaussian,

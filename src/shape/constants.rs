@@ -222,6 +222,14 @@ pub(super) const LEAST_AZIMUTH_COS: f64 = 0.05;
 /// Step of the numerical derivatives; parameters are of order one.
 pub(super) const STEP: f64 = 1e-6;
 
+/// A point counts as of the surface that most of the points around it lie on: this share. Where another surface crosses,
+/// a band of `1 / NEIGHBOURHOOD_NEARS` of the neighbourhood's radius to either side holds 0.42 of it.
+pub(super) const ALONG_SHARE: f64 = 0.6;
+/// Radius of that neighbourhood, in half widths of the band about a surface.
+pub(super) const NEIGHBOURHOOD_NEARS: f64 = 3.0;
+/// Fewest points along a surface, of which each view is to have so many before it is said to have the surface there.
+pub(super) const LEAST_ALONG: usize = 3;
+
 #[cfg(test)]
 mod tests {
     use super::BOUNDS;

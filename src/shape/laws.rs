@@ -8,6 +8,7 @@ use super::{
 };
 use crate::geometry::{NoiseLaw, Pose};
 use crate::mixture::{Gaussian, Mixture};
+use crate::novelty::Rim;
 use nalgebra::{Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rand::SeedableRng;
@@ -15,7 +16,15 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::FRAC_PI_2;
 
 fn told(points: &[Point3<f64>], sensor: &Point3<f64>, settings: &ShapeSettings) -> Retrieval {
-    retrieve(points, &Mixture::default(), sensor, settings, 1).expect("a shape")
+    retrieve(
+        points,
+        &Rim::default(),
+        &Mixture::default(),
+        sensor,
+        settings,
+        1,
+    )
+    .expect("a shape")
 }
 
 /// Standard settings for points with this noise.
@@ -115,7 +124,7 @@ proptest! {
             .map(|[x, y, z]| Point3::new(x, y, if flat { 0.5 } else { z }))
             .collect();
         let sensor = Point3::from(sensor);
-        if let Ok(found) = retrieve(&points, &Mixture::default(), &sensor, &with_noise(0.01), 3) {
+        if let Ok(found) = retrieve(&points, &Rim::default(), &Mixture::default(), &sensor, &with_noise(0.01), 3) {
             for shape in [Some(&found.best), found.covariance.as_ref(), found.ransac.as_ref()]
                 .into_iter()
                 .flatten()
@@ -160,7 +169,15 @@ fn degenerate_input_has_typed_errors() {
     let origin = Point3::origin();
     let error = |points: &[Point3<f64>]| {
         let settings = ShapeSettings::default();
-        retrieve(points, &Mixture::default(), &origin, &settings, 0).expect_err("no shape")
+        retrieve(
+            points,
+            &Rim::default(),
+            &Mixture::default(),
+            &origin,
+            &settings,
+            0,
+        )
+        .expect_err("no shape")
     };
     let few = vec![Point3::new(1.0, 0.0, 0.0); 3];
     assert_eq!(error(&few), ShapeError::TooFewPoints { got: 3, least: 10 });
@@ -229,13 +246,21 @@ fn method_a_on_ellipsoids_gives_back_a_round_gaussian_as_sphere() {
         },
         ..with_noise(0.01)
     };
-    let best = retrieve(&seen, &mixture, &Point3::origin(), &settings, 1)
-        .expect("a shape")
-        .best;
+    let best = retrieve(
+        &seen,
+        &Rim::default(),
+        &mixture,
+        &Point3::origin(),
+        &settings,
+        1,
+    )
+    .expect("a shape")
+    .best;
     assert_eq!((best.class, best.method), (Class::Sphere, Method::Ransac));
     assert!((best.size_m[0] - 0.6).abs() < 0.01, "{best:?}");
     let ideal = retrieve(
         &seen,
+        &Rim::default(),
         &mixture,
         &Point3::origin(),
         &ShapeSettings::ideal(),

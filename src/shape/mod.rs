@@ -5,6 +5,7 @@
 //! chooses.
 
 mod constants;
+mod continued;
 mod covariance;
 mod edges;
 mod euclidean;

@@ -3,6 +3,7 @@
 
 use super::{Class, Retrieval, ShapeSettings, retrieve};
 use crate::mixture::Mixture;
+use crate::novelty::Rim;
 use nalgebra::Point3;
 use std::path::{Path, PathBuf};
 
@@ -97,7 +98,15 @@ fn real_balls_are_spheres_and_real_walls_planes() {
         if kind == "sphere" {
             settings.noise.at_zero_m = 0.015;
         }
-        let found = retrieve(&points, &Mixture::default(), &sensor, &settings, 1).expect("a shape");
+        let found = retrieve(
+            &points,
+            &Rim::default(),
+            &Mixture::default(),
+            &sensor,
+            &settings,
+            1,
+        )
+        .expect("a shape");
         show(&name, points.len(), &found);
         match kind.as_str() {
             "sphere" => {

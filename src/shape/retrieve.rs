@@ -3,6 +3,7 @@
 use super::constants::{
     LEAST_NEAR_SHARE, LEAST_NOISE_M, LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SHARE,
 };
+use super::continued::continued;
 use super::covariance::{Candidate, candidates, shown};
 use super::euclidean::{by_consensus, primitives};
 use super::lengths::{Look, measured};
@@ -10,6 +11,7 @@ use super::lonely::in_company;
 use super::model::{Alternative, Class, Method, Retrieval, Shape};
 use super::settings::{Choice, ShapeSettings};
 use crate::mixture::{Gaussian, Mixture};
+use crate::novelty::Rim;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Why no shape can be told.
@@ -49,14 +51,46 @@ pub enum ShapeError {
     },
 }
 
-/// The shape of one novelty from its points (metres), its Gaussians, and where the sensor stood.
-/// `mixture` may be empty; then the points' own Gaussian stands for it.
+/// The shape of one novelty from its points (metres), what lies about it, its Gaussians, and where
+/// the sensor stood. `mixture` may be empty; then the points' own Gaussian stands for it. So may
+/// `rim`; then a thing ends where its points do.
 ///
 /// # Errors
 ///
 /// [`ShapeError`] for too few points, coordinates that are not finite, and points without a
 /// surface (all on a line, or in one place).
 pub fn retrieve(
+    points: &[Point3<f64>],
+    rim: &Rim,
+    mixture: &Mixture,
+    sensor_origin: &Point3<f64>,
+    settings: &ShapeSettings,
+    seed: u64,
+) -> Result<Retrieval, ShapeError> {
+    let first = alone(points, mixture, sensor_origin, settings, seed)?;
+    if !settings.points_judge {
+        return Ok(first);
+    }
+    let noise_m = settings
+        .noise
+        .sigma_m((first.best.centre - sensor_origin).norm());
+    let near_m = near_m(&first.best.size_m, noise_m);
+    let more = continued(&first.best, points, rim, sensor_origin, near_m);
+    if more.is_empty() {
+        return Ok(first);
+    }
+    let all: Vec<Point3<f64>> = points.iter().chain(&more).copied().collect();
+    alone(&all, mixture, sensor_origin, settings, seed)
+}
+
+/// Half the width of the band about a surface in which the points of a thing lie, metres.
+fn near_m(size_m: &[f64; 3], noise_m: f64) -> f64 {
+    let spread_m = Vector3::from(*size_m).norm() / 4.0;
+    3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread_m)
+}
+
+/// The shape of a thing that ends where its points do.
+fn alone(
     points: &[Point3<f64>],
     mixture: &Mixture,
     sensor_origin: &Point3<f64>,
@@ -165,15 +199,7 @@ fn told(
         .collect();
     let best = found.into_iter().next()?;
     let ambiguous = best.probability < settings.ambiguous_below;
-    let spread = best
-        .primitive
-        .size_m()
-        .iter()
-        .map(|s| s * s)
-        .sum::<f64>()
-        .sqrt()
-        / 4.0;
-    let near_m = 3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread);
+    let near_m = near_m(&best.primitive.size_m(), noise_m);
     let near: Vec<Point3<f64>> = points
         .iter()
         .filter(|p| best.primitive.visible_distance_m(p, sensor).abs() < near_m)

@@ -5,6 +5,7 @@ use super::scenes::{look, thing};
 use super::{Class, ShapeSettings, retrieve};
 use crate::geometry::NoiseLaw;
 use crate::mixture::Mixture;
+use crate::novelty::Rim;
 use nalgebra::Point3;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -66,9 +67,16 @@ fn rates_told(
             }
             closer += 2;
         };
-        let answer = retrieve(&seen, &Mixture::default(), &sensor, &settings, seed)
-            .unwrap_or_else(|e| panic!("{e} {truth:?} {}", seen.len()))
-            .best;
+        let answer = retrieve(
+            &seen,
+            &Rim::default(),
+            &Mixture::default(),
+            &sensor,
+            &settings,
+            seed,
+        )
+        .unwrap_or_else(|e| panic!("{e} {truth:?} {}", seen.len()))
+        .best;
         // A box of which one face is in sight, and a bar of which the end is, look like planes to
         // everyone.
         if answer.class == Class::Plane && flat_front(&truth, &seen, &sensor) {
