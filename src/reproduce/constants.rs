@@ -1,5 +1,7 @@
 //! What the paper says of its experiments, and what it leaves to choose, with units.
 
+use std::ops::{Range, RangeInclusive};
+
 /// Points of the corridor (section V).
 pub const CORRIDOR_POINTS: usize = 400;
 /// Variance of the noise on every coordinate, square metres, as printed (section V).
@@ -68,6 +70,18 @@ pub const OPEN_DEG: f64 = 80.0;
 pub const PERSON_M: f64 = 1.75;
 /// Where it stands, metres.
 pub const PERSON_AT_M: [f64; 2] = [2.4, -0.2];
+
+/// Where things come to stand in the furnished room, ahead and aside, metres: within the range of the laser, clear of the
+/// furniture.
+pub const FURNISHED_AHEAD_M: Range<f64> = 1.2..3.2;
+/// See [`FURNISHED_AHEAD_M`].
+pub const FURNISHED_ASIDE_M: Range<f64> = -1.3..1.3;
+/// Their sides and diameters, metres (lengths of bars half as much again, boards up to twice as long).
+pub const FURNISHED_SIZES_M: Range<f64> = 0.25..0.65;
+/// Points that they show; others are drawn again.
+pub const FURNISHED_POINTS: RangeInclusive<usize> = 60..=800;
+/// Rows that a sweep of the furnished room may have, over [`SITE_TILT_DEG`].
+pub const FURNISHED_ROWS: [usize; 3] = [40, 80, 120];
 
 /// Most Gaussians that Fig. 3 takes away; a thing has a handful.
 pub const MOST_REMOVED: usize = 12;

@@ -21,6 +21,8 @@ pub struct Row {
     pub size_cm: [Option<f64>; 3],
     /// Mean of the sizes' errors, centimetres; what is left of the above is their standard deviation.
     pub size_bias_cm: [Option<f64>; 3],
+    /// Median error of the sizes, share of the true size.
+    pub size_share: Option<f64>,
     /// Root mean square rotation about the shape's own axes, degrees.
     pub rotation_deg: [Option<f64>; 3],
     /// Share of sizes within their 95 % interval.
@@ -57,6 +59,16 @@ impl Row {
                 .map(|k| rms(marks.clone().filter_map(|m| m.size_error_m?[k])).map(|e| 100.0 * e)),
             size_bias_cm: [0, 1, 2]
                 .map(|k| mean(marks.clone().filter_map(|m| m.size_error_m?[k])).map(|e| 100.0 * e)),
+            size_share: {
+                let shares = marks
+                    .clone()
+                    .filter_map(|m| m.size_share)
+                    .flatten()
+                    .flatten();
+                let mut shares: Vec<f64> = shares.collect();
+                shares.sort_by(f64::total_cmp);
+                shares.get(shares.len() / 2).copied()
+            },
             rotation_deg: [0, 1, 2].map(|k| {
                 rms(marks.clone().filter_map(|m| m.rotation_error_rad?[k])).map(f64::to_degrees)
             }),
@@ -164,6 +176,7 @@ mod tests {
             wrong,
             told: None,
             size_error_m: right.then_some([Some(0.03), Some(-0.04), None]),
+            size_share: right.then_some([Some(0.1), Some(0.2), None]),
             rotation_error_rad: None,
             covered: [usize::from(right), 2 * usize::from(right)],
             chain_ms: 1.0,
@@ -182,6 +195,8 @@ mod tests {
             mark(false, false, 1),
         ];
         let row = Row::of(marks.iter());
+        // Two things right, two sizes each: the upper of the two in the middle.
+        assert_eq!(row.size_share, Some(0.2));
         assert_eq!((row.objects, row.empty, row.shapes), (4, 1, 5));
         assert_eq!(row.per_object(), [0.5, 0.75]);
         assert_eq!(row.per_shape(), [0.4, 0.6]);

@@ -25,6 +25,8 @@ pub struct Mark {
     pub told: Option<Class>,
     /// Size minus true size, metres, where the class is right and the thing has such a size.
     pub size_error_m: Option<[Option<f64>; 3]>,
+    /// The same without sign as shares of the true sizes, for those that are not zero.
+    pub size_share: Option<[Option<f64>; 3]>,
     /// Rotation about the shape's own axes, radians, where the class is right and the axis counts.
     pub rotation_error_rad: Option<[Option<f64>; 3]>,
     /// Sizes within their stated 95 % interval, and sizes that have one.
@@ -72,8 +74,11 @@ pub fn score(look: &Look, judged: &Judged) -> Mark {
         ambiguous: own.is_some_and(|(_, s, _)| s.class == Class::Ambiguous),
         wrong,
         told: own.map(|(_, s, _)| s.class),
-        size_error_m: right.map(|(_, s, truth)| {
-            [0, 1, 2].map(|k| truth.sized[k].then(|| s.size_m[k] - truth.size_m[k]))
+        size_error_m: right
+            .map(|(_, s, truth)| Pairs::of(truth, s).sizes(|told_m, true_m| Some(told_m - true_m))),
+        size_share: right.map(|(_, s, truth)| {
+            Pairs::of(truth, s)
+                .sizes(|told_m, true_m| (true_m > 0.0).then(|| (told_m - true_m).abs() / true_m))
         }),
         rotation_error_rad: right.map(|(_, s, truth)| rotation_error_rad(truth, &s.rotation)),
         covered: right.map_or([0; 2], |(_, s, truth)| covered(truth, s)),
@@ -86,17 +91,46 @@ pub fn score(look: &Look, judged: &Judged) -> Mark {
     }
 }
 
+/// Which told size is which true one.
+struct Pairs<'a>([[usize; 2]; 3], &'a Truth, &'a Shape);
+
+impl<'a> Pairs<'a> {
+    /// Which axis of a superquadric is the equation's z is open where its exponents are alike: its sizes are compared by
+    /// their order.
+    fn of(truth: &'a Truth, told: &'a Shape) -> Self {
+        let order = |size_m: &[f64; 3]| {
+            let mut order = [0, 1, 2];
+            if truth.class == Class::Superquadric {
+                order.sort_by(|&a, &b| size_m[b].total_cmp(&size_m[a]));
+            }
+            order
+        };
+        let (ours, theirs) = (order(&told.size_m), order(&truth.size_m));
+        Self([0, 1, 2].map(|k| [ours[k], theirs[k]]), truth, told)
+    }
+
+    /// Of every size that the thing has: told and true.
+    fn sizes(&self, of: impl Fn(f64, f64) -> Option<f64>) -> [Option<f64>; 3] {
+        let Self(pairs, truth, told) = self;
+        pairs.map(|[ours, theirs]| {
+            let sized = truth.sized[theirs];
+            sized.then(|| of(told.size_m[ours], truth.size_m[theirs]))?
+        })
+    }
+}
+
 fn covered(truth: &Truth, told: &Shape) -> [usize; 2] {
     let counted = (0..3).filter(|k| truth.sized[*k] && truth.size_m[*k] > 0.0);
     // A ball has one diameter, a bar one, whatever the columns.
     let counted = counted.filter(|k| match truth.class {
         Class::Sphere => *k == 0,
-        Class::Cylinder => *k != 1,
+        Class::Cylinder | Class::Cone => *k != 1,
         _ => true,
     });
     counted.fold([0; 2], |[within, all], k| {
-        let error = (told.size_m[k] - truth.size_m[k]).abs();
-        let inside = error <= SIGMAS_95 * told.size_sd_m[k];
+        let [told_k, true_k] = Pairs::of(truth, told).0[k];
+        let error = (told.size_m[told_k] - truth.size_m[true_k]).abs();
+        let inside = error <= SIGMAS_95 * told.size_sd_m[told_k];
         [within + usize::from(inside), all + 1]
     })
 }
@@ -105,7 +139,11 @@ fn covered(truth: &Truth, told: &Shape) -> [usize; 2] {
 /// symmetry makes equal; `None` for axes about which the shape looks the same (z-x-z angles would be singular for
 /// an upright cylinder).
 pub fn rotation_error_rad(truth: &Truth, told: &Matrix3<f64>) -> [Option<f64>; 3] {
-    if truth.class == Class::Sphere {
+    // Sides that are alike leave open which axis is which.
+    if matches!(
+        truth.class,
+        Class::Sphere | Class::Box | Class::Superquadric
+    ) {
         return [None; 3];
     }
     let own = truth.rotation.transpose() * told;

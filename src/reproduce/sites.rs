@@ -2,17 +2,16 @@
 //! corridor, a door that was closed.
 
 use super::constants::{
-    BASE_M, HINGE_M, LEAF_M, OPEN_DEG, PERSON_AT_M, PERSON_M, REPEATS, RETURN_ERROR, SITE_ROWS,
-    SITE_TILT_DEG, THICKNESS_M,
+    HINGE_M, LEAF_M, OPEN_DEG, PERSON_AT_M, PERSON_M, REPEATS, SITE_ROWS, THICKNESS_M,
 };
+use super::two_sweeps::two_sweeps;
 use super::{Look, Truth};
-use crate::geometry::{Pose, RollPitchYaw};
+use crate::geometry::Pose;
 use crate::shape::{Class, Plane, Primitive};
-use crate::world::{MountGeometry, NoiseOptions, Robot, Scene, SceneError, SweepRows, sample_view};
-use nalgebra::{Matrix3, Point3, Rotation3, Translation3, Vector3};
-use rand::{RngExt, SeedableRng};
+use crate::world::SceneError;
+use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use std::time::Duration;
 
 /// A corridor 2.4 m wide with a cupboard and a doorway of 0.9 m in its left wall, a piece of a room behind it.
 const CORRIDOR: &str = "
@@ -78,37 +77,12 @@ impl Site {
             Self::Person => (door(0.0), door(0.0) + &person()),
             Self::DoorClosed => (door(OPEN_DEG), door(0.0)),
         };
-        let there = |error: &Pose| Pose::from(Translation3::new(0.0, 0.0, BASE_M)) * error;
-        let mut within = |most: f64| rng.random_range(-most..most);
-        let [shift_m, turn_deg] = RETURN_ERROR;
-        let error = RollPitchYaw {
-            roll_rad: 0.0,
-            pitch_rad: 0.0,
-            yaw_rad: within(turn_deg).to_radians(),
-        }
-        .with_translation([within(shift_m), within(shift_m), 0.0]);
-        let noise_seed: u64 = rng.random();
-        let poses = [there(&Pose::identity()), there(&error)];
-        let take = |text: &str, side: usize| -> Result<_, SceneError> {
-            let world = Scene::parse(text)?.build(None)?;
-            let robot = Robot {
-                pose: poses[side],
-                mount: MountGeometry::default(),
-            };
-            let rows = SweepRows::evenly(SITE_TILT_DEG[0], SITE_TILT_DEG[1], SITE_ROWS)
-                .starting_at(Duration::from_secs(100 * side as u64));
-            let noise = NoiseOptions {
-                seed: noise_seed,
-                ..NoiseOptions::default()
-            };
-            Ok(sample_view(&world, &robot, &rows, &noise).view)
-        };
-        let reference = take(&before, 0)?;
-        let current = take(&after, 1)?;
-        let truth = self.truth(&poses[1].inverse(), &current.origin);
+        let sweeps = two_sweeps([&before, &after], SITE_ROWS, &mut rng)?;
+        let current = sweeps.after.view;
+        let truth = self.truth(&sweeps.base_from_map, &current.origin);
         Ok(Look {
             name: format!("{}-{repeat}", self.word()),
-            reference,
+            reference: sweeps.before.view,
             current,
             truth: Some(truth),
             vacated: self != Self::Person,

@@ -5,7 +5,7 @@ use super::room;
 use super::solid::{Form, Solid};
 use super::tables::{
     BoxTable, ConeTable, CylinderTable, DoorTable, Mistake, Opening, PersonTable, PlaneTable,
-    RoomTable, Rule, SphereTable,
+    RoomTable, Rule, SphereTable, SuperquadricTable,
 };
 use crate::geometry::{Pose, RollPitchYaw};
 use nalgebra::{Rotation3, Translation3, UnitQuaternion, Vector3};
@@ -21,6 +21,7 @@ pub enum Body {
     Sphere(SphereTable),
     Plane(PlaneTable),
     Cone(ConeTable),
+    Superquadric(SuperquadricTable),
     Person(PersonTable),
     Door(DoorTable),
 }
@@ -62,6 +63,7 @@ impl Body {
             Self::Sphere(_) => "sphere",
             Self::Plane(_) => "plane",
             Self::Cone(_) => "cone",
+            Self::Superquadric(_) => "superquadric",
             Self::Person(_) => "person",
             Self::Door(_) => "door",
         }
@@ -76,6 +78,7 @@ impl Body {
             Self::Sphere(t) => (&t.name, t.reflectance),
             Self::Plane(t) => (&t.name, t.reflectance),
             Self::Cone(t) => (&t.name, t.reflectance),
+            Self::Superquadric(t) => (&t.name, t.reflectance),
             Self::Person(t) => (&t.name, t.reflectance),
             Self::Door(t) => (&t.name, t.reflectance),
         };
@@ -91,6 +94,7 @@ impl Body {
             Self::Sphere(t) => ("centre", &mut t.centre),
             Self::Plane(t) => ("centre", &mut t.centre),
             Self::Cone(t) => ("base", &mut t.base),
+            Self::Superquadric(t) => ("centre", &mut t.centre),
             Self::Person(t) => ("at", &mut t.at),
             Self::Door(t) => ("hinge", &mut t.hinge),
         }
@@ -101,6 +105,7 @@ impl Body {
         match self {
             Self::Room(t) => Some(&mut t.yaw_deg),
             Self::Box(t) => Some(&mut t.yaw_deg),
+            Self::Superquadric(t) => Some(&mut t.yaw_deg),
             Self::Person(t) => Some(&mut t.yaw_deg),
             Self::Door(t) => Some(&mut t.yaw_deg),
             _ => None,
@@ -164,6 +169,11 @@ impl Body {
                     std::slice::from_ref(&t.height_m),
                     Rule::Positive,
                 ),
+            ],
+            Self::Superquadric(t) => vec![
+                ("size", &t.size, Rule::Positive),
+                ("exponents", &t.exponents, Rule::Exponents),
+                ("yaw_deg", std::slice::from_ref(&t.yaw_deg), Rule::Finite),
             ],
             Self::Person(t) => vec![
                 (
@@ -231,6 +241,13 @@ impl Body {
                 Form::Cone {
                     radius: t.radius_m,
                     height: t.height_m,
+                },
+            )],
+            Self::Superquadric(t) => vec![Solid::new(
+                upright(t.centre, t.yaw_deg),
+                Form::Superquadric {
+                    half: Vector3::from(t.size) / 2.0,
+                    exponents: t.exponents,
                 },
             )],
             Self::Person(t) => person::solids(&upright(t.at, t.yaw_deg), t.height_m),

@@ -19,6 +19,7 @@ mod sample;
 mod scene;
 mod scene_file;
 mod solid;
+mod superquadric;
 mod surfel;
 mod tables;
 
@@ -32,5 +33,5 @@ pub use sample::{SampledView, SweepRows, sample_view};
 pub use scene::{CloudPlace, Object, Scene, SceneChange, SceneError};
 pub use tables::{
     BoxTable, ConeTable, CylinderTable, DoorTable, Opening, PersonTable, PlaneTable, RoomTable,
-    SphereTable, Wall,
+    SphereTable, SuperquadricTable, Wall,
 };

@@ -4,7 +4,7 @@ use super::body::Body;
 use super::scene::SceneError;
 use super::tables::{
     BoxTable, ConeTable, CylinderTable, DoorTable, Mistake, PersonTable, PlaneTable, RoomTable,
-    Rule, SphereTable,
+    Rule, SphereTable, SuperquadricTable,
 };
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -39,6 +39,8 @@ pub struct SceneFile {
     planes: Vec<Spanned<PlaneTable>>,
     #[serde(default, rename = "cone")]
     cones: Vec<Spanned<ConeTable>>,
+    #[serde(default, rename = "superquadric")]
+    superquadrics: Vec<Spanned<SuperquadricTable>>,
     #[serde(default, rename = "person")]
     persons: Vec<Spanned<PersonTable>>,
     #[serde(default, rename = "door")]
@@ -182,6 +184,7 @@ impl SceneFile {
         all(&mut out, &mut self.spheres, Body::Sphere);
         all(&mut out, &mut self.planes, Body::Plane);
         all(&mut out, &mut self.cones, Body::Cone);
+        all(&mut out, &mut self.superquadrics, Body::Superquadric);
         all(&mut out, &mut self.persons, Body::Person);
         all(&mut out, &mut self.doors, Body::Door);
         out.sort_by_key(|(at, _)| *at);

@@ -3,11 +3,12 @@
 //! Every form is hit from outside and from inside: what counts is its surface.
 
 use super::bvh::Aabb;
+use super::superquadric;
 use crate::geometry::Pose;
 use nalgebra::{Point3, Vector3};
 
 /// Hits nearer than this are the surface that the ray starts on, metres.
-const NEAREST_M: f64 = 1e-9;
+pub(super) const NEAREST_M: f64 = 1e-9;
 
 /// A form about the origin of its own frame. Lengths in metres.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +36,13 @@ pub enum Form {
         radius: f64,
         /// Height.
         height: f64,
+    },
+    /// A superquadric ellipsoid.
+    Superquadric {
+        /// Half the size along x, y, z.
+        half: Vector3<f64>,
+        /// e1 (along z) and e2 (across), 0.1 to 2: 0 is square, 1 round, 2 a rhombus.
+        exponents: [f64; 2],
     },
     /// A flat rectangle in z = 0 with rectangular holes.
     Rectangle {
@@ -81,6 +89,7 @@ impl Solid {
                 half_length,
             } => hit_cylinder(&o, &d, *radius, *half_length),
             Form::Cone { radius, height } => hit_cone(&o, &d, *radius, *height),
+            Form::Superquadric { half, exponents } => superquadric::hit(&o, &d, half, *exponents),
             Form::Rectangle { half, holes } => {
                 let t = -o.z / d.z;
                 nearest([t], |t| {
@@ -98,7 +107,7 @@ impl Solid {
     /// A box in map coordinates that holds the solid.
     pub fn bounds(&self) -> Aabb {
         let (centre, half) = match &self.form {
-            Form::Cuboid { half } => (Vector3::zeros(), *half),
+            Form::Cuboid { half } | Form::Superquadric { half, .. } => (Vector3::zeros(), *half),
             Form::Sphere { radius } => (Vector3::zeros(), Vector3::repeat(*radius)),
             Form::Cylinder {
                 radius,
@@ -162,7 +171,16 @@ fn roots(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
 }
 
 fn hit_cuboid(o: &Vector3<f64>, d: &Vector3<f64>, half: &Vector3<f64>) -> Option<RangeAndCosine> {
-    let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0.0), (f64::INFINITY, 0.0));
+    let through = slab(o, d, half)?;
+    let t = through.into_iter().find(|t| *t > NEAREST_M)?;
+    // The face that it lies on is the one that it is nearest to.
+    let p = (o + d * t).component_div(half).abs();
+    Some((t, d[p.imax()].abs()))
+}
+
+/// Where a ray enters and leaves a box about the origin; `None` if it passes by.
+pub(super) fn slab(o: &Vector3<f64>, d: &Vector3<f64>, half: &Vector3<f64>) -> Option<[f64; 2]> {
+    let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
     for axis in 0..3 {
         if d[axis] == 0.0 {
             if o[axis].abs() > half[axis] {
@@ -174,18 +192,10 @@ fn hit_cuboid(o: &Vector3<f64>, d: &Vector3<f64>, half: &Vector3<f64>) -> Option
             (-half[axis] - o[axis]) / d[axis],
             (half[axis] - o[axis]) / d[axis],
         );
-        let cosine = d[axis].abs();
-        if a.min(b) > enter.0 {
-            enter = (a.min(b), cosine);
-        }
-        if a.max(b) < leave.0 {
-            leave = (a.max(b), cosine);
-        }
+        enter = enter.max(a.min(b));
+        leave = leave.min(a.max(b));
     }
-    if enter.0 > leave.0 {
-        return None;
-    }
-    [enter, leave].into_iter().find(|(t, _)| *t > NEAREST_M)
+    (enter <= leave).then_some([enter, leave])
 }
 
 fn hit_cylinder(

@@ -121,6 +121,20 @@ pub struct ConeTable {
     pub height_m: f64,
 }
 
+/// `[[superquadric]]`: upright, its equation's z along the map's.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SuperquadricTable {
+    pub name: Option<String>,
+    pub reflectance: Option<f64>,
+    pub centre: [f64; 3],
+    pub size: [f64; 3],
+    /// e1 (along z) and e2 (across): 0.1 is square, 1 round, 2 a rhombus.
+    pub exponents: [f64; 2],
+    #[serde(default)]
+    pub yaw_deg: f64,
+}
+
 /// `[[person]]`: stands with the feet at `at`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -175,6 +189,8 @@ pub enum Rule {
     Finite,
     /// Finite and above zero.
     Positive,
+    /// From 0.1 to 2.
+    Exponents,
     /// Finite and not all zero.
     Direction,
 }
@@ -186,6 +202,10 @@ impl Rule {
         let (kept, wanted) = match self {
             Self::Finite => (finite, "be finite"),
             Self::Positive => (finite && values.iter().all(|v| *v > 0.0), "be above 0"),
+            Self::Exponents => (
+                values.iter().all(|v| (0.1..=2.0).contains(v)),
+                "lie between 0.1 and 2",
+            ),
             Self::Direction => {
                 let length = values.iter().map(|v| v * v).sum::<f64>().sqrt();
                 (finite && length > 1e-6, "be a direction of some length")

@@ -72,6 +72,35 @@ fn the_second_table_is_swept_by_a_robot_that_comes_back_elsewhere() {
 }
 
 #[test]
+fn a_furnished_room_has_things_of_every_class() {
+    let report = reproduce(&[
+        "rooms",
+        "--scenes",
+        "2",
+        "--way",
+        "feature",
+        "--threads",
+        "2",
+    ]);
+    assert_eq!(
+        (&report["table"], &report["paper"]),
+        (&3.into(), &Value::Array(Vec::new()))
+    );
+    for class in ["sphere", "cylinder", "plane", "box", "cone", "superquadric"] {
+        assert_eq!(
+            row(&report, "rooms", "feature", class)["objects"],
+            2,
+            "{class}"
+        );
+    }
+    let empty = row(&report, "rooms", "feature", "empty");
+    assert_eq!((&empty["empty"], &empty["wrong"]), (&2.into(), &0.into()));
+    // What stands there is found: a median of sizes far from the truth would be another room.
+    let all = row(&report, "rooms", "feature", "all");
+    assert!(all["size_share"].as_f64() < Some(0.1), "{all}");
+}
+
+#[test]
 fn figures_are_drawn_where_they_are_asked_for() {
     let dir = tempfile::tempdir().expect("temp dir");
     let args = [

@@ -5,8 +5,9 @@ use super::numbers::Figures;
 use super::tell::Report;
 use crate::cli::failure::{DONE, Failure, Outcome};
 use crate::cli::{files, output, progress};
+use crate::patrol::class_word;
 use crate::reproduce::{
-    Beams, Corridor, Density, Look, Mark, Noise, Site, Thing, Way, judge, picture, score,
+    Beams, Corridor, Density, Furnished, Look, Mark, Noise, Site, Thing, Way, judge, picture, score,
 };
 use crate::world::SceneError;
 use clap::{Args, ValueEnum};
@@ -23,7 +24,7 @@ pub struct ReproduceArgs {
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// table1: scenes of each class, and as many empty ones [default: 100]; table2: repeats at each site [default: 10]
+    /// table1: scenes of each class, and as many empty ones [default: 100]; table2: repeats at each site [default: 10]; rooms: as table1
     #[arg(long, value_name = "N")]
     scenes: Option<usize>,
     /// table1: only this reading of the noise and this number of points
@@ -55,6 +56,8 @@ enum TableArg {
     Table1,
     /// Three test sites: a door opened, a person in a corridor, a door closed
     Table2,
+    /// One thing of any class in a furnished room: what the paper left for later
+    Rooms,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -109,6 +112,7 @@ fn way(text: &str) -> Result<Way, String> {
 enum Planned {
     Corridor(SetArg, Corridor),
     Site(Site, usize),
+    Furnished(Furnished),
 }
 
 impl Planned {
@@ -116,6 +120,7 @@ impl Planned {
         match self {
             Self::Corridor(set, _) => set.word(),
             Self::Site(..) => "sites",
+            Self::Furnished(_) => "rooms",
         }
     }
 
@@ -124,6 +129,7 @@ impl Planned {
         match self {
             Self::Corridor(_, corridor) => corridor.thing.word(),
             Self::Site(site, _) => site.word(),
+            Self::Furnished(room) => room.class.map_or(Thing::Nothing.word(), class_word),
         }
     }
 
@@ -131,6 +137,7 @@ impl Planned {
         match self {
             Self::Corridor(_, corridor) => corridor.name(),
             Self::Site(site, repeat) => format!("{}-{repeat}", site.word()),
+            Self::Furnished(room) => format!("{}-{}", self.of(), room.number),
         }
     }
 
@@ -138,6 +145,7 @@ impl Planned {
         match self {
             Self::Corridor(_, corridor) => corridor.look(seed),
             Self::Site(site, repeat) => site.look(*repeat, seed),
+            Self::Furnished(room) => room.look(self.name(), seed),
         }
     }
 }
@@ -188,6 +196,12 @@ impl ReproduceArgs {
                 let repeats = |site| (0..number).map(move |k| Planned::Site(site, k));
                 Site::ALL.into_iter().flat_map(repeats).collect()
             }
+            TableArg::Rooms => {
+                let scenes = self.scenes.unwrap_or(Corridor::SCENES);
+                let of = |class| (0..scenes).map(move |number| Furnished { class, number });
+                let all = Furnished::CLASSES.into_iter().flat_map(of);
+                all.map(Planned::Furnished).collect()
+            }
         };
         let wanted = |p: &Planned| self.scene.as_ref().is_none_or(|name| *name == p.name());
         planned.into_iter().filter(wanted).collect()
@@ -225,6 +239,7 @@ pub fn run(args: &ReproduceArgs) -> Outcome {
     let table = match args.table {
         TableArg::Table1 => 1,
         TableArg::Table2 => 2,
+        TableArg::Rooms => 3,
     };
     let figures = match args.table {
         TableArg::Table1 if args.scene.is_none() => Some(Figures::new(args.seed)?),
@@ -235,7 +250,7 @@ pub fn run(args: &ReproduceArgs) -> Outcome {
         draw(folder, args, &planned, figures.as_ref())?;
     }
     let beams = match (args.table, args.beams) {
-        (TableArg::Table2, _) => None,
+        (TableArg::Table2 | TableArg::Rooms, _) => None,
         (TableArg::Table1, BeamsArg::Rows) => Some("rows"),
         (TableArg::Table1, BeamsArg::Scattered) => Some("scattered"),
     };
@@ -272,7 +287,7 @@ fn draw(
         let picture = picture(&look).map_err(Failure::failed)?;
         let figure = match args.table {
             TableArg::Table1 => "fig5",
-            TableArg::Table2 => "fig6",
+            TableArg::Table2 | TableArg::Rooms => "fig6",
         };
         let name = format!("{figure}-{}-{}", scene.set(), scene.name());
         figures::scene(folder, &name, &picture)?;

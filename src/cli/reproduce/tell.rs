@@ -47,6 +47,7 @@ struct Line {
     per_shape: [f64; 2],
     size_cm: [Option<f64>; 3],
     size_bias_cm: [Option<f64>; 3],
+    size_share: Option<f64>,
     rotation_deg: [Option<f64>; 3],
     coverage: Option<f64>,
     chain_ms: f64,
@@ -80,6 +81,7 @@ impl Line {
             per_shape: row.per_shape(),
             size_cm: row.size_cm,
             size_bias_cm: row.size_bias_cm,
+            size_share: row.size_share,
             rotation_deg: row.rotation_deg,
             coverage: row.coverage,
             chain_ms: row.chain_ms,
@@ -149,8 +151,12 @@ impl Report {
     pub fn prose(&self, timed: bool) -> String {
         let beams = self.beams.map_or(String::new(), |b| format!(", beams {b}"));
         let mut parts = vec![format!(
-            "Table {}, seed {}{beams}, {:.0} s; rates per object (Table I's counts) and per told shape (Eq. 14 as printed)",
-            if self.table == 1 { "I" } else { "II" },
+            "{}, seed {}{beams}, {:.0} s; rates per object (Table I's counts) and per told shape (Eq. 14 as printed)",
+            match self.table {
+                1 => "Table I",
+                2 => "Table II",
+                _ => "Furnished room",
+            },
             self.seed,
             self.seconds
         )];
@@ -172,6 +178,7 @@ impl Report {
             "per shape",
             "amb.",
             "size cm",
+            "%",
             "rotation deg",
             "95 %",
             "ms",
@@ -187,6 +194,7 @@ impl Report {
                 String::new(),
                 String::new(),
                 p.size_cm.map(|v| format!("{v:.1}")).join(" "),
+                String::new(),
                 p.rotation_deg.map(|v| format!("{v:.1}")).join(" "),
                 String::new(),
                 format!("{:.0}", p.time_ms),
@@ -204,6 +212,8 @@ impl Report {
                 row.per_shape.map(|v| format!("{v:.3}")).join(" "),
                 row.ambiguous.to_string(),
                 numbers(row.size_cm).join(" "),
+                row.size_share
+                    .map_or(String::new(), |s| format!("{:.1}", 100.0 * s)),
                 numbers(row.rotation_deg).join(" "),
                 row.coverage
                     .map_or(String::new(), |c| format!("{:.1}", 100.0 * c)),
