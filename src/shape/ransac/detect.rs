@@ -99,10 +99,9 @@ pub fn detect(
         let Some((surface, places)) = search.next(&cloud, &mut rng) else {
             break;
         };
-        let inliers = places.iter().filter_map(|&k| cloud.index.get(k as usize));
         found.push(Detected {
             primitive: covered(&surface, &cloud, &places),
-            inliers: inliers.map(|&i| i as usize).collect(),
+            inliers: places.iter().map(|&k| k as usize).collect(),
         });
         cloud.remove(&places);
     }
