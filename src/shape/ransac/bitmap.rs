@@ -1,5 +1,5 @@
-//! Connectivity (Schnabel section 4.4): the largest connected patch of a surface's inliers, on a
-//! bitmap over the surface's own parameters.
+//! Bitmaps over a surface's own parameters, on which its inliers hang together (Schnabel section
+//! 4.4).
 //!
 //! A plane's are its coordinates, a cylinder's the arc and the height, a sphere's the equal-area
 //! map of the octahedron onto a square (Clarberg 2008, "Fast equal-area mapping of the
@@ -7,42 +7,13 @@
 
 use super::cloud::Cloud;
 use super::constants::MOST_PIXELS;
-use super::score::LANES;
 use super::surface::Surface;
-use crate::mixture::instructions::{Instructions, Loops};
 use nalgebra::Vector3;
 use std::f32::consts::{FRAC_2_PI, FRAC_PI_2, PI, TAU};
 
-/// Those of `places` (in `cloud`, near `surface`) in the largest patch connected through
-/// neighbouring pixels `cell_m` wide, in their order; of equal patches that of the first point.
-pub(super) fn largest_patch(
-    instructions: Instructions,
-    surface: &Surface,
-    cloud: &Cloud,
-    places: &[u32],
-    cell_m: f64,
-) -> Vec<u32> {
-    if places.is_empty() {
-        return Vec::new();
-    }
-    let chart = Chart::new(surface);
-    let bitmap = Bitmap::holding(&chart, cloud, cell_m as f32);
-    let pixels = instructions.run(Charted {
-        chart: &chart,
-        bitmap: &bitmap,
-        cloud,
-        places,
-    });
-    let Some(label) = bitmap.largest(&pixels) else {
-        return places.to_vec();
-    };
-    let own = |pixel: &u32| label.get(*pixel as usize).copied().unwrap_or(false);
-    let kept = places.iter().zip(&pixels).filter(|(_, pixel)| own(pixel));
-    kept.map(|(&k, _)| k).collect()
-}
-
 /// A surface's parameters and how its chart closes.
-enum Chart {
+#[derive(Clone, Copy)]
+pub(super) enum Chart {
     Plane {
         axes: [Vector3<f32>; 2],
     },
@@ -58,7 +29,7 @@ enum Chart {
 }
 
 impl Chart {
-    fn new(surface: &Surface) -> Self {
+    pub fn new(surface: &Surface) -> Self {
         let [e1, e2, e3] = surface.frame().map(|v| narrow(&v));
         match surface {
             Surface::Plane { .. } => Self::Plane { axes: [e1, e2] },
@@ -78,7 +49,7 @@ impl Chart {
 
     /// Metres on a plane; turns (0 to 1) and metres on a cylinder; 0 to 1 twice on a sphere.
     #[inline(always)]
-    fn parameters(&self, p: &Vector3<f32>) -> [f32; 2] {
+    pub fn parameters(&self, p: &Vector3<f32>) -> [f32; 2] {
         match self {
             Self::Plane { axes } => [axes[0].dot(p), axes[1].dot(p)],
             Self::Cylinder { point, axes, .. } => {
@@ -91,52 +62,8 @@ impl Chart {
     }
 }
 
-/// Points on their way to their pixels, a register of them at a time.
-struct Charted<'a> {
-    chart: &'a Chart,
-    bitmap: &'a Bitmap,
-    cloud: &'a Cloud,
-    places: &'a [u32],
-}
-
-impl Loops for Charted<'_> {
-    type Output = Vec<u32>;
-
-    #[inline(always)]
-    fn run<const FUSED: bool, const WIDTH: usize>(self) -> Self::Output {
-        // One loop per class, so that no lane asks which it is.
-        match self.chart {
-            Chart::Plane { .. } => self.each(),
-            Chart::Cylinder { .. } => self.each(),
-            Chart::Sphere { .. } => self.each(),
-        }
-    }
-}
-
-impl Charted<'_> {
-    #[inline(always)]
-    fn each(&self) -> Vec<u32> {
-        let mut pixels = Vec::with_capacity(self.places.len() + LANES);
-        for places in self.places.chunks(LANES) {
-            let mut at = [[0.0; LANES]; 3];
-            for (k, &place) in places.iter().enumerate() {
-                let p = self.cloud.narrow_place(place);
-                (at[0][k], at[1][k], at[2][k]) = (p.x, p.y, p.z);
-            }
-            let mut some = [0; LANES];
-            for k in 0..LANES {
-                let p = Vector3::new(at[0][k], at[1][k], at[2][k]);
-                some[k] = self.bitmap.holds(self.chart.parameters(&p));
-            }
-            pixels.extend_from_slice(&some);
-        }
-        pixels.truncate(self.places.len());
-        pixels
-    }
-}
-
 /// The pixels of a chart, and which are neighbours.
-struct Bitmap {
+pub(super) struct Bitmap {
     columns: i32,
     rows: i32,
     closing: Closing,
@@ -154,7 +81,7 @@ enum Closing {
 
 impl Bitmap {
     /// The bitmap on which all points of `cloud` find a place.
-    fn holding(chart: &Chart, cloud: &Cloud, cell_m: f32) -> Self {
+    pub fn holding(chart: &Chart, cloud: &Cloud, cell_m: f32) -> Self {
         // What the cloud's box reaches along an axis: its middle and half its shadow.
         let half = narrow(&cloud.sides_m) / 2.0;
         let middle = Vector3::from(cloud.low) + half;
@@ -209,12 +136,10 @@ impl Bitmap {
 
     /// The pixel with these parameters.
     #[inline(always)]
-    fn holds(&self, [u, v]: [f32; 2]) -> u32 {
-        // Rounding at the ends falls into the outermost pixels.
-        let digit = |v: f32, most: i32| (v as i32).clamp(0, most - 1);
+    pub fn holds(&self, [u, v]: [f32; 2]) -> u32 {
         let column = digit((u - self.from[0]) * self.scale[0], self.columns);
         let row = digit((v - self.from[1]) * self.scale[1], self.rows);
-        (row * self.columns + column) as u32
+        row * self.columns as u32 + column
     }
 
     fn pixel(&self, column: i32, row: i32) -> Option<usize> {
@@ -244,7 +169,7 @@ impl Bitmap {
 
     /// Which pixels belong to the patch that holds most of the points; `None` if there is one
     /// patch only.
-    fn largest(&self, pixels: &[u32]) -> Option<Vec<bool>> {
+    pub fn largest(&self, pixels: &[u32]) -> Option<Vec<bool>> {
         let size = (self.columns * self.rows) as usize;
         let mut held = vec![0u32; size];
         for &pixel in pixels {
@@ -283,6 +208,21 @@ impl Bitmap {
     }
 }
 
+/// The whole part of `v`, within 0 to `count` - 1: rounding at the ends falls into the outermost
+/// pixels. A cast would say the same but saturates, for which there is no vector instruction.
+#[inline(always)]
+fn digit(v: f32, count: i32) -> u32 {
+    let v = if v > 0.0 { v } else { 0.0 };
+    let last = (count - 1) as f32;
+    let v = if v < last { v } else { last };
+    // From here on neighbouring numbers differ by one, and MOST_PIXELS is less: the sum is rounded
+    // to a whole number, which stands in its low bits.
+    const UNIT_STEPS: f32 = (1 << 23) as f32;
+    let rounded = v + UNIT_STEPS;
+    let up = u32::from(rounded - UNIT_STEPS > v);
+    rounded.to_bits() - UNIT_STEPS.to_bits() - up
+}
+
 fn narrow(v: &Vector3<f64>) -> Vector3<f32> {
     v.map(|c| c as f32)
 }
@@ -318,144 +258,12 @@ fn octahedral(d: &Vector3<f32>) -> [f32; 2] {
 
 #[cfg(test)]
 mod tests {
-    use super::{angle, largest_patch, octahedral};
-    use crate::mixture::Instructions;
-    use crate::shape::ransac::cloud::Cloud;
-    use crate::shape::ransac::surface::Surface;
-    use nalgebra::{Point3, Unit, Vector3};
+    use super::{angle, digit, octahedral};
+    use crate::shape::ransac::constants::MOST_PIXELS;
+    use nalgebra::Vector3;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, UnitSphere};
-
-    /// The cloud keeps its own middle: surfaces below are given in the world and moved there.
-    fn patch(surface: &Surface, points: &[Vector3<f64>], cell_m: f64) -> Vec<u32> {
-        let points: Vec<_> = points.iter().map(|p| Point3::from(*p)).collect();
-        let cloud = Cloud::of(&points, &vec![Vector3::z(); points.len()]);
-        let shift = cloud.origin.coords;
-        let moved = match *surface {
-            Surface::Plane { normal, offset_m } => Surface::Plane {
-                normal,
-                offset_m: offset_m - normal.dot(&shift),
-            },
-            Surface::Sphere { centre, radius_m } => Surface::Sphere {
-                centre: centre - shift,
-                radius_m,
-            },
-            Surface::Cylinder {
-                point,
-                axis,
-                radius_m,
-            } => Surface::Cylinder {
-                point: point - shift,
-                axis,
-                radius_m,
-            },
-        };
-        let all: Vec<u32> = (0..points.len() as u32).collect();
-        largest_patch(Instructions::best(), &moved, &cloud, &all, cell_m)
-    }
-
-    fn flat() -> Surface {
-        Surface::Plane {
-            normal: Vector3::z_axis(),
-            offset_m: -1.0,
-        }
-    }
-
-    #[test]
-    fn a_gap_parts_patches_of_a_plane() {
-        let points: Vec<_> = (0..30)
-            .map(|i| f64::from(i) * 0.1 + if i < 10 { 0.0 } else { 5.0 })
-            .map(|x| Vector3::new(x, 0.0, -1.0))
-            .collect();
-        assert_eq!(
-            patch(&flat(), &points, 0.15),
-            (10..30).collect::<Vec<u32>>()
-        );
-        assert!(patch(&flat(), &[], 0.15).is_empty());
-        assert_eq!(patch(&flat(), &points[..1], 0.15), [0]);
-        assert_eq!(patch(&flat(), &points[..10], 0.15).len(), 10);
-    }
-
-    #[test]
-    fn cells_too_fine_for_memory_grow() {
-        let points = [0.0, 1e-5, 500.0].map(|x| Vector3::new(x, 2.0 * x, -1.0));
-        assert_eq!(patch(&flat(), &points, 1e-6), [0, 1]);
-    }
-
-    #[test]
-    fn a_cylinders_seam_is_no_gap() {
-        let axis = Unit::new_normalize(Vector3::new(0.3, -0.2, 1.0));
-        let e1 = crate::shape::primitive::perpendicular(&axis).into_inner();
-        let e2 = axis.cross(&e1);
-        let surface = Surface::Cylinder {
-            point: Vector3::new(1.0, 2.0, 3.0),
-            axis,
-            radius_m: 0.5,
-        };
-        let on = |angle: f64, height: f64| {
-            Vector3::new(1.0, 2.0, 3.0)
-                + (e1 * angle.cos() + e2 * angle.sin()) * 0.5
-                + axis.as_ref() * height
-        };
-        // Arcs of 2 rad about every direction, and a stray point opposite.
-        for turn in 0..16 {
-            let middle = f64::from(turn) * std::f64::consts::TAU / 16.0;
-            let mut points: Vec<_> = (0..41)
-                .map(|i| on(middle + f64::from(i - 20) * 0.05, f64::from(i % 3) * 0.02))
-                .collect();
-            points.push(on(middle + std::f64::consts::PI, 0.0));
-            assert_eq!(
-                patch(&surface, &points, 0.04),
-                (0..41).collect::<Vec<u32>>()
-            );
-        }
-        // Rings that stand apart along the axis do not join.
-        let ring = |h: f64, n: i32| {
-            (0..n).map(move |i| (f64::from(i) * std::f64::consts::TAU / f64::from(n), h))
-        };
-        let points: Vec<_> = ring(0.0, 100)
-            .chain(ring(0.5, 120))
-            .map(|(a, h)| on(a, h))
-            .collect();
-        assert_eq!(
-            patch(&surface, &points, 0.1),
-            (100..220).collect::<Vec<u32>>()
-        );
-    }
-
-    #[test]
-    fn caps_of_a_sphere_hang_together_anywhere_and_apart_caps_do_not() {
-        let mut rng = ChaCha8Rng::seed_from_u64(8);
-        let mut any = || {
-            Vector3::from(<UnitSphere as Distribution<[f64; 3]>>::sample(
-                &UnitSphere,
-                &mut rng,
-            ))
-        };
-        let centre = Vector3::new(0.3, 0.1, -2.0);
-        let surface = Surface::Sphere {
-            centre,
-            radius_m: 0.5,
-        };
-        let mut towards = vec![Vector3::z(), -Vector3::z(), Vector3::x(), -Vector3::y()];
-        towards.push(Vector3::new(1.0, 0.0, -1.0).normalize());
-        towards.push(Vector3::new(-1.0, 1.0, 0.0).normalize());
-        towards.extend((0..20).map(|_| any()));
-        let all: Vec<_> = (0..8000).map(|_| any()).collect();
-        for pole in towards {
-            // Cap of 50 deg, and a smaller one opposite.
-            let cap = |cos: f64, side: f64| {
-                let on = all.iter().filter(move |d| side * d.dot(&pole) > cos);
-                on.map(|d| centre + d * 0.5).collect::<Vec<_>>()
-            };
-            let mut points = cap(0.643, 1.0);
-            let wanted = points.len();
-            points.extend(cap(0.8, -1.0));
-            let kept = patch(&surface, &points, 0.1);
-            assert_eq!(kept, (0..wanted as u32).collect::<Vec<u32>>(), "{pole}");
-        }
-    }
 
     #[test]
     fn the_octahedral_map_keeps_areas() {
@@ -467,6 +275,31 @@ mod tests {
             held[((v * 8.0) as usize).min(7) * 8 + ((u * 8.0) as usize).min(7)] += 1;
         }
         assert!(held.iter().all(|n| (850..1150).contains(n)), "{held:?}");
+    }
+
+    #[test]
+    fn digits_are_what_a_cast_says() {
+        let most = MOST_PIXELS as f32;
+        let mut numbers = vec![0.0, -0.0, -1.0, 0.5, 1.5, 2.5, most, 1e20, -1e20, f32::NAN];
+        numbers.extend([f32::INFINITY, f32::NEG_INFINITY, f32::MIN_POSITIVE]);
+        for whole in [
+            1.0f32,
+            2.0,
+            3.0,
+            100.0,
+            65_536.0,
+            most - 2.0,
+            most - 1.0,
+            most,
+        ] {
+            numbers.extend([whole.next_down(), whole, whole.next_up(), whole - 0.5]);
+        }
+        for count in [1, 2, 100, 65_536, MOST_PIXELS as i32] {
+            for &v in &numbers {
+                let cast = (v as i32).clamp(0, count - 1) as u32;
+                assert_eq!(digit(v, count), cast, "{v} of {count}");
+            }
+        }
     }
 
     #[test]

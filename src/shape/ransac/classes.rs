@@ -17,6 +17,7 @@ use super::extent::covered;
 use super::fit::{fitted, plane};
 use super::minimal::suggested;
 use super::octree::{Levels, Octree};
+use super::sample::Sample;
 use super::score::count;
 use super::search::Search;
 use super::surface::Surface;
@@ -71,12 +72,11 @@ pub(in crate::shape) fn classes(
         .iter()
         .filter_map(|(surface, _)| {
             let places = search.patch(surface, search.tolerance, &cloud);
-            let index = places.iter().filter_map(|&k| cloud.index.get(k as usize));
             let parameters = surface.parameters() as f64;
             (!places.is_empty()).then(|| Judged {
                 detected: Detected {
                     primitive: covered(surface, &cloud, &places),
-                    inliers: index.map(|&i| i as usize).collect(),
+                    inliers: places.iter().map(|&k| k as usize).collect(),
                 },
                 cost: witnesses * misfit(surface, &at, sigma_m) + parameters * witnesses.ln(),
             })
@@ -89,7 +89,7 @@ pub(in crate::shape) fn classes(
 /// Promising surfaces of each class.
 fn starts(
     search: &Search,
-    sample: &Cloud,
+    sample: &Sample,
     at: &[Vector3<f64>],
     rng: &mut ChaCha8Rng,
 ) -> [Vec<Surface>; 3] {

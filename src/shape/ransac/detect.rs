@@ -21,8 +21,9 @@ use rand_chacha::ChaCha8Rng;
 pub struct RansacSettings {
     /// Greatest distance of an inlier from the surface, metres.
     pub epsilon_m: f64,
-    /// Greatest angle between an inlier's normal and the surface's, radians.
-    pub normal_angle_rad: f64,
+    /// Greatest angle between an inlier's normal and the surface's, radians; `None` takes what suits
+    /// estimated normals, or given ones where [`with_given_normals`](Self::with_given_normals) says so.
+    pub normal_angle_rad: Option<f64>,
     /// Least number of inliers.
     pub min_points: usize,
     /// Search until a better primitive was missed with at most the rest of this probability.
@@ -41,7 +42,7 @@ impl RansacSettings {
         let share = (points as f64 * LEAST_PART_SHARE).ceil() as usize;
         Self {
             epsilon_m,
-            normal_angle_rad: CONSENSUS_ANGLE_RAD,
+            normal_angle_rad: None,
             min_points: share.max(LEAST_POINTS),
             probability: PROBABILITY,
             most,
@@ -49,10 +50,11 @@ impl RansacSettings {
         }
     }
 
-    /// The same for points that came with normals of their own, which are better than estimates.
+    /// The same for points that came with normals of their own, which are better than estimates. An
+    /// angle that was asked for stays.
     pub fn with_given_normals(self) -> Self {
         Self {
-            normal_angle_rad: GIVEN_NORMALS_ANGLE_RAD.min(self.normal_angle_rad),
+            normal_angle_rad: self.normal_angle_rad.or(Some(GIVEN_NORMALS_ANGLE_RAD)),
             ..self
         }
     }
@@ -97,10 +99,9 @@ pub fn detect(
         let Some((surface, places)) = search.next(&cloud, &mut rng) else {
             break;
         };
-        let inliers = places.iter().filter_map(|&k| cloud.index.get(k as usize));
         found.push(Detected {
             primitive: covered(&surface, &cloud, &places),
-            inliers: inliers.map(|&i| i as usize).collect(),
+            inliers: places.iter().map(|&k| k as usize).collect(),
         });
         cloud.remove(&places);
     }
@@ -115,7 +116,10 @@ pub(super) fn searched(points: &[Point3<f64>], cloud: &Cloud, settings: &RansacS
     Search {
         tolerance: Tolerance {
             epsilon_m: settings.epsilon_m,
-            cos_angle: settings.normal_angle_rad.cos(),
+            cos_angle: settings
+                .normal_angle_rad
+                .unwrap_or(CONSENSUS_ANGLE_RAD)
+                .cos(),
         },
         min_points: settings.min_points.max(3),
         probability: settings.probability,
@@ -134,4 +138,32 @@ pub fn remainder(points: usize, found: &[Detected]) -> Vec<usize> {
         }
     }
     (0..points).filter(|&i| left[i]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{RansacSettings, detect};
+    use nalgebra::{Point3, Vector3};
+
+    #[test]
+    fn an_angle_that_was_asked_for_is_kept_whoever_made_the_normals() {
+        // A plate whose normals all lean by 0.55 rad: beyond what given normals are allowed.
+        let points: Vec<_> = (0..400)
+            .map(|i| Point3::new(f64::from(i % 20) * 0.05, f64::from(i / 20) * 0.05, 1.0))
+            .collect();
+        let leaning = Vector3::new(0.55f64.sin(), 0.0, 0.55f64.cos());
+        let normals = vec![leaning; points.len()];
+        let derived = RansacSettings::derived(points.len(), 0.01, 1);
+        let asked = |angle_rad| RansacSettings {
+            normal_angle_rad: angle_rad,
+            ..derived
+        };
+        for (angle_rad, found) in [(None, 0), (Some(0.6), 1), (Some(0.5), 0)] {
+            let settings = asked(angle_rad).with_given_normals();
+            let got = detect(&points, &normals, &settings, 1).len();
+            assert_eq!(got, found, "{angle_rad:?}");
+        }
+        // Estimated normals are allowed more.
+        assert_eq!(detect(&points, &normals, &derived, 1).len(), 1);
+    }
 }

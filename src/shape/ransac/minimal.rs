@@ -27,7 +27,8 @@ pub(super) fn suggested(
         })
 }
 
-/// Through three points.
+/// Through three points; their normals only confirm it (Schnabel section 4.1, whose minimal set of a
+/// plane is three points too): three places within a cell fix it better than one noisy normal.
 fn plane(three: &[Oriented; 3]) -> Option<Surface> {
     let [(a, _), (b, _), (c, _)] = three;
     // Relative to the triangle's own size, so that a millimetre is as good as a hundred metres.

@@ -14,6 +14,8 @@ mod minimal;
 mod neighbours;
 mod normals;
 mod octree;
+mod patch;
+mod sample;
 #[cfg(test)]
 mod scenes;
 mod score;

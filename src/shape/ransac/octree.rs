@@ -1,28 +1,28 @@
 //! Localised sampling (Schnabel section 4.3): points near one another lie on one primitive more
 //! often. The octree is the points in Morton order, where every cell is one run of them.
 
-use super::cloud::Cloud;
 use super::constants::{EVEN_SHARE, LEAST_CELL_EPSILONS, MORTON_BITS};
+use super::sample::Sample;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 /// An octree as a sorted list of Morton keys.
 pub(super) struct Octree {
-    /// Key and place in the cloud of each point, by key.
+    /// Key and place in the sample of each point, by key.
     sorted: Vec<(u32, u32)>,
     /// Levels that are drawn from, the root being 0.
     pub levels: u32,
 }
 
 impl Octree {
-    /// Over all points of `cloud`; cells much smaller than `epsilon_m` are not drawn from.
-    pub fn new(cloud: &Cloud, epsilon_m: f64) -> Self {
-        let side = cloud.sides_m.max().max(f64::MIN_POSITIVE);
+    /// Over all points of `sample`; cells much smaller than `epsilon_m` are not drawn from.
+    pub fn new(sample: &Sample, epsilon_m: f64) -> Self {
+        let side = sample.sides_m.max().max(f64::MIN_POSITIVE);
         let scale = (f64::from(1u32 << MORTON_BITS) / side) as f32;
-        let [x, y, z] = &cloud.at;
+        let [x, y, z] = &sample.at;
         // Casts saturate: what rounding puts outside the box lies in its outermost cell.
         let most = (1 << MORTON_BITS) - 1;
-        let [left, front, bottom] = cloud.low;
+        let [left, front, bottom] = sample.low;
         let digit = |v: f32, low: f32| spread((((v - low) * scale) as u32).min(most));
         let mut sorted: Vec<(u32, u32)> = (0u32..)
             .zip(x.iter().zip(y).zip(z))
@@ -130,6 +130,7 @@ impl Levels {
 mod tests {
     use super::{Levels, Octree, spread};
     use crate::shape::ransac::cloud::Cloud;
+    use crate::shape::ransac::sample::Sample;
     use nalgebra::{Point3, Vector3};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
@@ -146,11 +147,12 @@ mod tests {
         let points: Vec<_> = (0..4000)
             .map(|_| Point3::from(Vector3::from_fn(|_, _| rng.random_range(0.0..8.0))))
             .collect();
-        let cloud = Cloud::of(&points, &vec![Vector3::z(); 4000]);
-        let tree = Octree::new(&cloud, 0.24);
+        let normals = vec![Vector3::z(); 4000];
+        let sample = Cloud::of(&points, &normals).sample(4000, &mut rng);
+        let tree = Octree::new(&sample, 0.24);
         assert_eq!(tree.levels, 4);
         for level in 0..4 {
-            let side = cloud.sides_m.max() / f64::from(1u32 << level);
+            let side = sample.sides_m.max() / f64::from(1u32 << level);
             for _ in 0..200 {
                 let Some(drawn) = tree.draw(level, &mut rng) else {
                     continue;
@@ -158,7 +160,7 @@ mod tests {
                 assert!(drawn[0] != drawn[1] && drawn[0] != drawn[2] && drawn[1] != drawn[2]);
                 for axis in 0..3 {
                     let cell = drawn.map(|k| {
-                        let v = cloud.place(k)[axis] - f64::from(cloud.low[axis]);
+                        let v = sample.place(k)[axis] - f64::from(sample.low[axis]);
                         (v / side + 1e-9).min(f64::from(1u32 << level) - 1e-6)
                     });
                     let high = cell.iter().copied().fold(0.0, f64::max);
@@ -174,16 +176,16 @@ mod tests {
         let points: Vec<_> = (0..5)
             .map(|i| Point3::new(f64::from(i), 0.0, 0.0))
             .collect();
-        let cloud = Cloud::of(&points, &[Vector3::z(); 5]);
-        let tree = Octree::new(&cloud, 1.0);
         let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let sample = Cloud::of(&points, &[Vector3::z(); 5]).sample(5, &mut rng);
+        let tree = Octree::new(&sample, 1.0);
         let mut seen = std::collections::HashSet::new();
         for _ in 0..4000 {
             seen.insert(tree.draw(0, &mut rng).expect("five points"));
         }
         assert_eq!(seen.len(), 5 * 4 * 3);
         assert!(
-            Octree::new(&Cloud::default(), 1.0)
+            Octree::new(&Sample::default(), 1.0)
                 .draw(0, &mut rng)
                 .is_none()
         );

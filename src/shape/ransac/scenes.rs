@@ -47,7 +47,7 @@ fn mixed(each: usize, outlier_share: f64, seed: u64) -> (Vec<Point3<f64>>, Vec<V
 fn settings(min_points: usize) -> RansacSettings {
     RansacSettings {
         epsilon_m: 0.012,
-        normal_angle_rad: 0.35,
+        normal_angle_rad: Some(0.35),
         min_points,
         probability: 0.99,
         most: usize::MAX,
@@ -188,7 +188,7 @@ fn the_ball_is_missed_no_more_often_than_stated() {
             let least = (1000.0 * (1.0 - outlier_share) * 0.9) as usize;
             let settings = RansacSettings {
                 epsilon_m: 0.03,
-                normal_angle_rad: 0.45,
+                normal_angle_rad: Some(0.45),
                 probability,
                 cell_m: Some(0.2),
                 ..settings(least)

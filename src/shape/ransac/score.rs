@@ -3,7 +3,7 @@
 //! Distances are compared squared, so no loop takes a root: a point at distance q from a centre or
 //! an axis lies within epsilon if (r - epsilon)^2 < q^2 < (r + epsilon)^2.
 
-use super::cloud::Cloud;
+use super::sample::Sample;
 use super::surface::Surface;
 use crate::mixture::instructions::{Instructions, Loops};
 use nalgebra::Vector3;
@@ -44,13 +44,13 @@ pub(super) fn count(
     instructions: Instructions,
     surface: &Surface,
     tolerance: Tolerance,
-    cloud: &Cloud,
+    sample: &Sample,
     range: Range<usize>,
 ) -> usize {
     let mut hits = [0u32; LANES];
     instructions.run(Scan {
         test: Test::new(surface, tolerance),
-        columns: Columns::of(cloud, range),
+        columns: Columns::of(sample, range),
         each: |_, flags: &[bool; LANES]| {
             for (hits, flag) in hits.iter_mut().zip(flags) {
                 *hits += u32::from(*flag);
@@ -65,10 +65,10 @@ pub(super) fn collect(
     instructions: Instructions,
     surface: &Surface,
     tolerance: Tolerance,
-    cloud: &Cloud,
+    sample: &Sample,
     range: Range<usize>,
 ) -> Vec<u32> {
-    let columns = Columns::of(cloud, range.clone());
+    let columns = Columns::of(sample, range.clone());
     // Every place is written and the next one overwrites it unless it was a hit.
     let mut found = vec![0; columns.0[0].len() + LANES];
     let mut hits = 0;
@@ -90,24 +90,24 @@ pub(super) fn collect(
 struct Columns<'a>([&'a [f32]; 6]);
 
 impl<'a> Columns<'a> {
-    fn of(cloud: &'a Cloud, range: Range<usize>) -> Self {
-        let end = range.end.min(cloud.len());
+    fn of(sample: &'a Sample, range: Range<usize>) -> Self {
+        let end = range.end.min(sample.len());
         let range = range.start.min(end)..end;
-        let [x, y, z] = &cloud.at;
-        let [u, v, w] = &cloud.normal;
+        let [x, y, z] = &sample.at;
+        let [u, v, w] = &sample.normal;
         Self([x, y, z, u, v, w].map(|column| column.get(range.clone()).unwrap_or_default()))
     }
 }
 
 /// A surface as the loops want it.
 #[derive(Clone, Copy)]
-enum Test {
+pub(super) enum Test {
     Flat(Flat),
     Round(Round),
 }
 
 #[derive(Clone, Copy)]
-struct Flat {
+pub(super) struct Flat {
     normal: [f32; 3],
     offset: f32,
     epsilon: f32,
@@ -116,7 +116,7 @@ struct Flat {
 
 /// Sphere and cylinder: the sphere is the cylinder whose axis is no direction (zero).
 #[derive(Clone, Copy)]
-struct Round {
+pub(super) struct Round {
     middle: [f32; 3],
     axis: [f32; 3],
     least_squared: f32,
@@ -125,7 +125,7 @@ struct Round {
 }
 
 impl Test {
-    fn new(surface: &Surface, tolerance: Tolerance) -> Self {
+    pub fn new(surface: &Surface, tolerance: Tolerance) -> Self {
         let narrow = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
         let round = |middle: &Vector3<f64>, axis: &Vector3<f64>, radius_m: f64| {
             let square = |r: f64| (r.abs() * r) as f32;
@@ -154,7 +154,9 @@ impl Test {
     }
 }
 
-trait Accept: Copy {
+/// Whether a point lies on a surface.
+pub(super) trait Accept: Copy {
+    /// Of one with these coordinates and this normal, both in three numbers.
     fn accept(&self, p: [f32; 6]) -> bool;
 }
 
@@ -224,8 +226,9 @@ fn scan(test: impl Accept, columns: Columns<'_>, mut each: impl FnMut(usize, &[b
     }
 }
 
+/// Of every lane, whether it lies on the surface.
 #[inline(always)]
-fn flags(test: impl Accept, [x, y, z, u, v, w]: [&[f32; LANES]; 6]) -> [bool; LANES] {
+pub(super) fn flags(test: impl Accept, [x, y, z, u, v, w]: [&[f32; LANES]; 6]) -> [bool; LANES] {
     let mut flags = [false; LANES];
     for k in 0..LANES {
         flags[k] = test.accept([x[k], y[k], z[k], u[k], v[k], w[k]]);
@@ -249,7 +252,8 @@ mod tests {
         let mut any = || Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0));
         let points: Vec<_> = (0..1003).map(|_| Point3::from(any())).collect();
         let normals: Vec<_> = (0..1003).map(|_| any().normalize()).collect();
-        let cloud = Cloud::of(&points, &normals);
+        let whole = Cloud::of(&points, &normals);
+        let sample = whole.sample(1003, &mut ChaCha8Rng::seed_from_u64(5));
         let surfaces = [
             Surface::Plane {
                 normal: Unit::new_normalize(any()),
@@ -276,19 +280,19 @@ mod tests {
         };
         for surface in surfaces {
             let one_by_one: Vec<u32> = (0..1003)
-                .filter(|&k| tolerance.accepts(&surface, &cloud.place(k), &cloud.normal(k)))
+                .filter(|&k| tolerance.accepts(&surface, &sample.place(k), &sample.normal(k)))
                 .collect();
             assert!(one_by_one.len() > 5, "{surface:?}");
             for set in Instructions::ALL {
                 assert_eq!(
-                    collect(set, &surface, tolerance, &cloud, 0..1003),
+                    collect(set, &surface, tolerance, &sample, 0..1003),
                     one_by_one
                 );
                 for range in [0..0, 0..7, 5..100, 990..1003, 1000..2000] {
                     let within = one_by_one
                         .iter()
                         .filter(|k| range.contains(&(**k as usize)));
-                    let got = count(set, &surface, tolerance, &cloud, range.clone());
+                    let got = count(set, &surface, tolerance, &sample, range.clone());
                     assert_eq!(got, within.count(), "{surface:?} {range:?}");
                 }
             }

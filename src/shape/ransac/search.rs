@@ -1,7 +1,6 @@
 //! Efficient RANSAC: draw locally, score by subsets, take the best once a better one is unlikely
 //! to have been overlooked, refit it.
 
-use super::bitmap::largest_patch;
 use super::candidate::{Candidate, chance, found};
 use super::cloud::Cloud;
 use super::constants::{
@@ -12,6 +11,8 @@ use super::constants::{
 use super::fit::{fitted, plane};
 use super::minimal::suggested;
 use super::octree::{Levels, Octree};
+use super::patch::largest_patch;
+use super::sample::Sample;
 use super::score::{Tolerance, collect, count};
 use super::surface::Surface;
 use crate::mixture::Instructions;
@@ -77,7 +78,7 @@ impl Search {
 
     fn draw(
         &self,
-        sample: &Cloud,
+        sample: &Sample,
         octree: &Octree,
         levels: &mut Levels,
         candidates: &mut Vec<Candidate>,
@@ -100,7 +101,7 @@ impl Search {
     }
 
     /// Scores on all points of the sample before `to`.
-    fn extend(&self, c: &mut Candidate, sample: &Cloud, to: usize) {
+    fn extend(&self, c: &mut Candidate, sample: &Sample, to: usize) {
         let to = to.min(sample.len());
         let range = c.seen..to;
         c.hits += count(self.instructions, &c.surface, self.tolerance, sample, range);
@@ -109,7 +110,7 @@ impl Search {
 
     /// Takes out the best candidate; promising ones are fitted and scored on more of the sample
     /// until one stands out.
-    fn best(&self, candidates: &mut Vec<Candidate>, sample: &Cloud) -> Option<Candidate> {
+    fn best(&self, candidates: &mut Vec<Candidate>, sample: &Sample) -> Option<Candidate> {
         let n = sample.len();
         loop {
             let top = (0..candidates.len())
@@ -127,7 +128,7 @@ impl Search {
     }
 
     /// A minimal set places a surface roughly; a fit to what lies near it brings it home.
-    fn polish(&self, candidate: &mut Candidate, sample: &Cloud) {
+    fn polish(&self, candidate: &mut Candidate, sample: &Sample) {
         candidate.polished = true;
         let wide = self.tolerance.widened(REFIT_EPSILONS);
         let subset = 0..POLISH_SUBSET.min(sample.len());
@@ -139,7 +140,10 @@ impl Search {
                 sample,
                 subset.clone(),
             );
-            let surface = fitted(&candidate.surface, &at(sample, &near, POLISH_POINTS));
+            let surface = fitted(
+                &candidate.surface,
+                &some(&near, POLISH_POINTS, |k| sample.place(k)),
+            );
             if surface.radius_m().is_some_and(|r| r > self.largest_m) {
                 return;
             }
@@ -159,8 +163,7 @@ impl Search {
 
     /// The largest connected patch of points on `surface`.
     pub fn patch(&self, surface: &Surface, tolerance: Tolerance, cloud: &Cloud) -> Vec<u32> {
-        let near = collect(self.instructions, surface, tolerance, cloud, 0..cloud.len());
-        largest_patch(self.instructions, surface, cloud, &near, self.cell_m)
+        largest_patch(self.instructions, surface, tolerance, cloud, self.cell_m)
     }
 
     /// The surface refitted to its patch in all of the cloud, or a simpler one that does as well;
@@ -168,11 +171,11 @@ impl Search {
     fn settled(
         &self,
         surface: &Surface,
-        sample: &Cloud,
+        sample: &Sample,
         cloud: &Cloud,
     ) -> Option<(Surface, Vec<u32>)> {
         let (surface, inliers) = self.refitted(surface, sample, cloud)?;
-        let own = at(cloud, &inliers, REFIT_POINTS);
+        let own = some(&inliers, REFIT_POINTS, |k| cloud.place(k));
         let simpler = self.simpler(&surface, &own);
         let simpler = simpler.and_then(|other| self.refitted(&other, sample, cloud));
         let as_good = |kept: &[u32]| kept.len() as f64 >= SIMPLER_SHARE * inliers.len() as f64;
@@ -187,7 +190,7 @@ impl Search {
     fn refitted(
         &self,
         surface: &Surface,
-        sample: &Cloud,
+        sample: &Sample,
         cloud: &Cloud,
     ) -> Option<(Surface, Vec<u32>)> {
         let wide = self.tolerance.widened(REFIT_EPSILONS);
@@ -195,20 +198,20 @@ impl Search {
             // The sample holds enough for a first fit, but is too thin to hang together.
             let near = 0..sample.len();
             let near = collect(self.instructions, surface, wide, sample, near);
-            fitted(surface, &at(sample, &near, REFIT_POINTS))
+            fitted(surface, &some(&near, REFIT_POINTS, |k| sample.place(k)))
         } else {
             let patch = self.patch(surface, wide, cloud);
             if patch.len() < self.min_points {
                 return None;
             }
-            fitted(surface, &at(cloud, &patch, REFIT_POINTS))
+            fitted(surface, &some(&patch, REFIT_POINTS, |k| cloud.place(k)))
         };
         let mut inliers = self.patch(&surface, self.tolerance, cloud);
         for _ in 0..REFIT_ROUNDS {
             if inliers.len() < self.min_points {
                 return None;
             }
-            let own = at(cloud, &inliers, REFIT_POINTS);
+            let own = some(&inliers, REFIT_POINTS, |k| cloud.place(k));
             let again = fitted(&surface, &own);
             let moved = |p: &Vector3<f64>| (again.distance_m(p) - surface.distance_m(p)).abs();
             let moved_m = own.iter().map(moved).fold(0.0, f64::max);
@@ -253,8 +256,7 @@ impl Search {
 }
 
 /// Where the points at `places` lie; an even selection of at most about `most`.
-fn at(cloud: &Cloud, places: &[u32], most: usize) -> Vec<Vector3<f64>> {
+fn some(places: &[u32], most: usize, at: impl Fn(u32) -> Vector3<f64>) -> Vec<Vector3<f64>> {
     let stride = places.len().div_ceil(most).max(1);
-    let places = places.iter().step_by(stride);
-    places.map(|&k| cloud.place(k)).collect()
+    places.iter().step_by(stride).map(|&k| at(k)).collect()
 }
