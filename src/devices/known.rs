@@ -5,7 +5,7 @@ use super::head::HeadEvent;
 use super::head_memory::HeadMemory;
 use super::port::PortEvent;
 use super::port_name::PortName;
-use super::station::Told;
+use super::wires::Told;
 use ptu::HeadIdentity;
 use scip::Identity;
 use std::sync::mpsc::Sender;
@@ -88,6 +88,12 @@ impl Known {
     /// Why either is not known.
     pub(super) fn failures(&self) -> (Option<DeviceError>, Option<DeviceError>) {
         (self.laser().err(), self.head().err())
+    }
+
+    /// What failed, and not what was being connected meanwhile.
+    pub(super) fn failure(&self) -> Option<DeviceError> {
+        let laser = self.laser_error.as_ref();
+        laser.or(self.head_error.as_ref()).cloned()
     }
 
     pub(super) fn laser(&self) -> Result<&Identity, DeviceError> {

@@ -106,6 +106,8 @@ pub enum Event {
         /// Whether the devices must be opened anew.
         lost: bool,
     },
+    /// The sweep does not fit at the head's angles: why it is not judged.
+    Doubted(u64, String),
     /// The sweep is judged, or why it cannot be.
     Judged(u64, Result<(), String>),
     /// The outcome is on disk, or why not.

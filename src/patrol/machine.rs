@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 mod devices;
+mod doubt;
 
 /// Requests that may wait behind the one in hand: a robot asks for one at a time, so a longer queue is a client
 /// gone wild.
@@ -148,6 +149,7 @@ impl Machine {
             Event::SweepFailed { id, reason, lost } => {
                 self.sweep_failed(id, reason, lost, &mut out);
             }
+            Event::Doubted(id, reason) => self.doubted(id, &reason, &mut out),
             Event::Judged(id, result) => {
                 if let Some(request) = self.take(id, Step::Judging) {
                     self.judged(request, result, &mut out);

@@ -19,6 +19,8 @@ mod station;
 mod steady;
 mod systemd;
 mod work;
+#[cfg(test)]
+mod visits;
 
 pub use api::ABOUT_SWEEP;
 pub use error::ServiceError;

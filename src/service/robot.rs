@@ -21,6 +21,9 @@ pub trait Robot: Send {
         Ok(())
     }
 
+    /// The head's angles do not fit the scene: it is homed before the next sweep.
+    fn distrust(&mut self) {}
+
     /// Takes a sweep; blocks until it is done.
     ///
     /// # Errors

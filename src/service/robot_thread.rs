@@ -31,6 +31,7 @@ pub enum RobotEvent {
 enum Order {
     Open(Arc<Settings>, Cancel),
     Sweep(u64, Arc<Settings>, Option<String>, Cancel),
+    Distrust,
     Close,
 }
 
@@ -86,6 +87,11 @@ impl RobotThread {
     pub fn sweep(&mut self, id: u64, settings: Arc<Settings>, waypoint: Option<String>) {
         self.cancel = Cancel::new();
         self.send(Order::Sweep(id, settings, waypoint, self.cancel.clone()));
+    }
+
+    /// Takes the head's angles for worthless, until it is homed before the next sweep.
+    pub fn distrust(&self) {
+        self.send(Order::Distrust);
     }
 
     /// Interrupts what was last ordered.
@@ -150,6 +156,10 @@ impl<F: FnMut(RobotEvent)> Owner<F> {
             Order::Open(settings, cancel) => self.open(&settings, &cancel),
             Order::Sweep(id, settings, waypoint, cancel) => {
                 Some(self.sweep(id, &settings, waypoint.as_deref(), &cancel))
+            }
+            Order::Distrust => {
+                self.robot.as_mut()?.distrust();
+                None
             }
             Order::Close => {
                 self.robot = None;

@@ -13,9 +13,13 @@ use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
+/// Opens a station: how it comes to its ports is nobody else's concern.
+type Open = dyn FnMut(&Settings, mpsc::Sender<DeviceNote>, &HeadMemory, &Cancel) -> Result<Station, DeviceError>
+    + Send;
+
 /// Connects the station of the settings.
 pub struct StationConnect {
-    clock: Clock,
+    open: Box<Open>,
     /// A doubt about the head outlives the station that had it: it is homed, whatever the configuration says of the start.
     memory: HeadMemory,
     said: Said,
@@ -27,8 +31,24 @@ type Said = Arc<Mutex<HashMap<Device, String>>>;
 impl StationConnect {
     /// Connects stations that live in the time of `clock`.
     pub fn new(clock: Clock) -> Self {
+        Self::over(move |settings, notes, memory, cancel| {
+            Station::open_again(settings, clock.clone(), notes, memory, cancel)
+        })
+    }
+
+    /// Connects what `open` opens.
+    pub(super) fn over(
+        open: impl FnMut(
+            &Settings,
+            mpsc::Sender<DeviceNote>,
+            &HeadMemory,
+            &Cancel,
+        ) -> Result<Station, DeviceError>
+        + Send
+        + 'static,
+    ) -> Self {
         Self {
-            clock,
+            open: Box::new(open),
             memory: HeadMemory::default(),
             said: Said::default(),
         }
@@ -49,8 +69,7 @@ impl Connect for StationConnect {
             .name("patrold-notes".to_owned())
             .spawn(move || pass_on(&receiver, &forward, &said))
             .map_err(|error| format!("no thread for the devices' notes: {error}"))?;
-        let clock = self.clock.clone();
-        let opened = Station::open_again(settings, clock, sender, &self.memory, cancel);
+        let opened = (self.open)(settings, sender, &self.memory, cancel);
         let mut station = opened.map_err(told)?;
         if self.memory.is_doubted() || !station.position_trusted() {
             station.home(cancel).map_err(told)?;
@@ -89,6 +108,10 @@ impl Robot for StationRobot {
                 lost: true,
             }
         })
+    }
+
+    fn distrust(&mut self) {
+        self.station.distrust();
     }
 
     fn sweep(

@@ -15,3 +15,10 @@ impl Station {
         Ok(())
     }
 }
+
+impl Station {
+    /// The scene says that the head's counts do not stand for angles: from now on they do not, until it is homed.
+    pub fn distrust(&mut self) {
+        self.known.distrusted("its angles do not fit the scene");
+    }
+}

@@ -70,6 +70,34 @@ fn a_visit_goes_from_its_reference_to_its_reply() {
 }
 
 #[test]
+fn a_sweep_that_does_not_fit_is_homed_and_taken_again() {
+    let mut machine = ready();
+    let text = "hall: bent; the head is homed and the place swept again".to_owned();
+    walk(
+        &mut machine,
+        vec![
+            (Event::Requested(visit(1)), vec![Action::Prepare(visit(1))]),
+            (
+                Event::Prepared(1, Ok(())),
+                vec![Action::StartSweep(visit(1))],
+            ),
+            (Event::SweepDone(1), vec![Action::Judge(visit(1))]),
+            (Event::Doubted(2, "bent".to_owned()), vec![]),
+            (
+                Event::Doubted(1, "bent".to_owned()),
+                vec![
+                    Action::Note(Weight::Warning, text),
+                    Action::DistrustHead,
+                    Action::StartSweep(visit(1)),
+                ],
+            ),
+            (Event::SweepDone(1), vec![Action::Judge(visit(1))]),
+            (Event::Judged(1, Ok(())), vec![Action::Record(visit(1))]),
+        ],
+    );
+}
+
+#[test]
 fn teaching_and_sweeping_need_no_reference() {
     let (teach, sweep) = (request(1, Task::Teach), request(2, Task::Sweep));
     walk(

@@ -1,0 +1,82 @@
+//! A robot that stands elsewhere, is pushed in the middle of a sweep, or is passed by somebody: no alarm from it.
+
+use super::patrol::{Patrol, moved, taught, world};
+use crate::devices::EmulationOptions;
+use crate::novelty::Verdict;
+use std::time::Duration;
+
+fn patrol() -> Patrol {
+    let mut patrol = Patrol::that_knows(&taught(), EmulationOptions::seeded(30));
+    patrol.until_ready(true).expect("ready");
+    patrol
+}
+
+#[test]
+fn off_its_place_or_askew_the_verdict_is_right_or_none() {
+    for by in [
+        (0.01, 0.0, 0.0),
+        (0.1, -0.05, 0.0),
+        (0.3, 0.3, 0.0),
+        (0.5, 0.0, 0.0),
+        (0.0, 0.0, 1.0),
+        (0.0, 0.0, -3.0),
+        (0.1, 0.1, 5.0),
+        (0.2, -0.2, 10.0),
+    ] {
+        let mut patrol = patrol();
+        patrol
+            .devices
+            .with(|e| e.drive_to(moved("storeroom.toml", by)));
+        let seen = patrol.visit();
+        assert_eq!(
+            seen.verdict,
+            Verdict::Quiet,
+            "{by:?}: {seen:?} {:?}",
+            patrol.log
+        );
+        assert_eq!(
+            patrol.sweeps,
+            if by.2 == 0.0 { 1 } else { 2 },
+            "{by:?}: {:?}",
+            patrol.log
+        );
+        patrol
+            .devices
+            .with(|e| e.set_world(world("storeroom-box-left.toml")));
+        let seen = patrol.visit();
+        assert_eq!(
+            seen.verdict,
+            Verdict::Changed,
+            "{by:?} with a box: {seen:?}"
+        );
+    }
+}
+
+#[test]
+fn pushed_in_the_middle_of_the_sweep_it_is_swept_again() {
+    for by in [
+        (0.03, 0.0, 0.0),
+        (0.0, 0.05, 0.0),
+        (0.1, 0.1, 0.0),
+        (0.4, 0.0, 0.0),
+        (0.0, 0.0, 1.0),
+        (0.05, 0.0, 3.0),
+        (0.0, 0.1, 10.0),
+    ] {
+        for at_s in [5, 7, 9, 11] {
+            let mut patrol = patrol();
+            let to = moved("storeroom.toml", by);
+            patrol
+                .devices
+                .later(Duration::from_secs(at_s), move |e| e.drive_to(to));
+            let seen = patrol.visit();
+            assert_eq!(
+                seen.verdict,
+                Verdict::Quiet,
+                "{by:?} at {at_s}: {seen:?} {:?}",
+                patrol.log
+            );
+            assert_eq!(patrol.sweeps, 2, "{by:?} at {at_s}: {:?}", patrol.log);
+        }
+    }
+}
