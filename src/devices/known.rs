@@ -151,6 +151,9 @@ impl Known {
                 self.laser = Some(identity.clone());
                 self.laser_error = None;
             }
+            // Who answers will be seen; that it is away is true no more.
+            Told::Laser(PortEvent::Opened) => self.laser_error = None,
+            Told::Head(PortEvent::Opened) => self.head_error = None,
             Told::Laser(PortEvent::Device(_)) => {}
             Told::Head(PortEvent::Device(HeadEvent::Unit(event))) => self.note_head(event),
             Told::Head(PortEvent::Device(HeadEvent::NotTaken(_))) => {}

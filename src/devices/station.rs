@@ -312,7 +312,7 @@ impl Station {
                 Some(Told::Head(PortEvent::Lost { error, .. })) => {
                     run.on_lost(Device::Head, error, now);
                 }
-                None => {}
+                Some(Told::Laser(PortEvent::Opened) | Told::Head(PortEvent::Opened)) | None => {}
             }
             run.on_time(now);
         }

@@ -85,6 +85,8 @@ pub enum Event {
     DevicesReady,
     /// The devices could not be opened.
     DevicesFailed(String),
+    /// The devices could not be opened, for one is not there.
+    DevicesAbsent(String),
     /// Devices that were ready went away while nothing was asked of them.
     DevicesLost(String),
     /// The devices are let go: laser off, head stopped.

@@ -213,6 +213,7 @@ impl Conductor {
                 Event::DevicesReady
             }
             RobotEvent::Failed(reason) => Event::DevicesFailed(reason),
+            RobotEvent::Absent(reason) => Event::DevicesAbsent(reason),
             RobotEvent::Lost(reason) => Event::DevicesLost(reason),
             RobotEvent::Closed => Event::DevicesClosed,
             RobotEvent::Swept(id, raw) => {

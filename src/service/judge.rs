@@ -154,7 +154,8 @@ pub fn judge(
                     None | Some(Doubt::Turned(_)) if again => Ok(finding),
                     None => Ok(finding),
                     Some(doubt) => {
-                        doubted = (!again).then(|| doubt.reason().to_owned());
+                        let of_the_head = !matches!(doubt, Doubt::Elsewhere(_));
+                        doubted = (of_the_head && !again).then(|| doubt.reason().to_owned());
                         Err(doubt.reason().to_owned())
                     }
                 }

@@ -1,6 +1,6 @@
 //! The true devices as the service's robot.
 
-use super::robot::{Connect, Fault, Notes, Robot};
+use super::robot::{Away, Connect, Fault, Notes, Robot};
 use crate::config::Settings;
 use crate::devices::{
     Cancel, Clock, Device, DeviceError, DeviceNote, HeadMemory, NoteLevel, Station, SweepRequest,
@@ -61,18 +61,20 @@ impl Connect for StationConnect {
         settings: &Settings,
         notes: &Notes,
         cancel: &Cancel,
-    ) -> Result<Box<dyn Robot>, String> {
-        let told = |error: DeviceError| error.to_string();
+    ) -> Result<Box<dyn Robot>, Away> {
         let (sender, receiver) = mpsc::channel();
         let (forward, said) = (notes.clone(), Arc::clone(&self.said));
         thread::Builder::new()
             .name("patrold-notes".to_owned())
             .spawn(move || pass_on(&receiver, &forward, &said))
-            .map_err(|error| format!("no thread for the devices' notes: {error}"))?;
+            .map_err(|error| Away {
+                reason: format!("no thread for the devices' notes: {error}"),
+                absent: false,
+            })?;
         let opened = (self.open)(settings, sender, &self.memory, cancel);
-        let mut station = opened.map_err(told)?;
+        let mut station = opened.map_err(away)?;
         if self.memory.is_doubted() || !station.position_trusted() {
-            station.home(cancel).map_err(told)?;
+            station.home(cancel).map_err(away)?;
         }
         Ok(Box::new(StationRobot {
             station,
@@ -110,6 +112,14 @@ impl Robot for StationRobot {
         })
     }
 
+    fn resume(&mut self, cancel: &Cancel) -> Result<(), Away> {
+        self.station.await_return(cancel).map_err(away)?;
+        if self.memory.is_doubted() || !self.station.position_trusted() {
+            self.station.home(cancel).map_err(away)?;
+        }
+        Ok(())
+    }
+
     fn distrust(&mut self) {
         self.station.distrust();
     }
@@ -130,7 +140,7 @@ impl Robot for StationRobot {
             .and_then(|()| self.station.sweep(&request, cancel));
         taken.map_err(|error| {
             let lost = is_lost(&error);
-            if lost {
+            if lost && concerns_head(&error) {
                 self.memory.doubt();
             }
             Fault {
@@ -148,6 +158,30 @@ impl StationRobot {
             return Ok(());
         }
         self.station.home(cancel)
+    }
+}
+
+fn away(error: DeviceError) -> Away {
+    Away {
+        absent: matches!(error, DeviceError::Port { .. }),
+        reason: error.to_string(),
+    }
+}
+
+/// Whether the head's position is in doubt after it: what happened to the laser does not move the head.
+fn concerns_head(error: &DeviceError) -> bool {
+    use DeviceError as E;
+    match error {
+        E::Port { device, .. }
+        | E::Silent { device, .. }
+        | E::WrongDevice { device, .. }
+        | E::Fault { device, .. }
+        | E::NotConnected { device, .. }
+        | E::Overdue { device, .. }
+        | E::Refused { device, .. }
+        | E::NoThread { device, .. } => *device == Device::Head,
+        E::TimerLost { .. } | E::Cancelled | E::OutOfReach { .. } => false,
+        E::PositionLost { .. } | E::Stalled { .. } => true,
     }
 }
 

@@ -5,3 +5,4 @@ mod elsewhere;
 mod faults;
 mod lost_steps;
 mod patrol;
+mod plugs;

@@ -1,7 +1,7 @@
 //! The station's wires in virtual time: both drivers against both twins, ports that are lost and opened anew as their
 //! threads would, no thread and no sleep. Several stations, one after the other, hang on the same devices.
 
-use crate::devices::constants::{BACKOFF, CANCEL_CHECK, CLOSE_LIMIT};
+use crate::devices::constants::{ABSENT_RETRY, BACKOFF, CANCEL_CHECK, CLOSE_LIMIT};
 use crate::devices::driver::{Driver, Output};
 use crate::devices::emulation::Emulation;
 use crate::devices::error::{Device, DeviceError, PortError};
@@ -30,7 +30,9 @@ struct Core {
 
 /// What happens to the world, and when; in order of time.
 #[derive(Default)]
-struct Later(VecDeque<(Duration, Box<dyn FnOnce(&mut Emulation) + Send>)>);
+struct Later(VecDeque<(Duration, Happen)>);
+
+type Happen = Box<dyn FnOnce(&mut Emulation) + Send>;
 
 impl std::fmt::Debug for Later {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -70,10 +72,12 @@ impl<D: Driver> Line<D> {
     }
 
     fn close(&mut self, error: DeviceError, now: Duration) -> PortEvent<D::Event> {
-        let retry_in = self.backoff;
+        let absent = matches!(error, DeviceError::Port { .. });
+        let most = if absent { ABSENT_RETRY } else { BACKOFF.1 };
+        let retry_in = self.backoff.min(most);
         self.driver = None;
         self.open_at = now + retry_in;
-        self.backoff = (2 * retry_in).min(BACKOFF.1);
+        self.backoff = (2 * self.backoff).min(BACKOFF.1);
         PortEvent::Lost { error, retry_in }
     }
 
@@ -96,7 +100,7 @@ impl<D: Driver> Line<D> {
                 let mut driver = D::new(&self.name, self.name.baud, false);
                 driver.connect(now);
                 self.driver = Some(driver);
-                None
+                Some(PortEvent::Opened)
             }
             _ => None,
         }

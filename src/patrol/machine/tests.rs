@@ -5,6 +5,8 @@ use crate::patrol::action::{Action, Weight};
 use crate::patrol::event::{Change, Event, Refusal, Request, Task};
 use std::time::Duration;
 
+mod again;
+
 fn request(id: u64, task: Task) -> Request {
     let waypoint = if task == Task::Sweep { "" } else { "hall" };
     Request {
@@ -67,34 +69,6 @@ fn a_visit_goes_from_its_reference_to_its_reply() {
         ],
     );
     assert_eq!(machine.phase(), "idle");
-}
-
-#[test]
-fn a_sweep_that_does_not_fit_is_homed_and_taken_again() {
-    let mut machine = ready();
-    let text = "hall: bent; the head is homed and the place swept again".to_owned();
-    walk(
-        &mut machine,
-        vec![
-            (Event::Requested(visit(1)), vec![Action::Prepare(visit(1))]),
-            (
-                Event::Prepared(1, Ok(())),
-                vec![Action::StartSweep(visit(1))],
-            ),
-            (Event::SweepDone(1), vec![Action::Judge(visit(1))]),
-            (Event::Doubted(2, "bent".to_owned()), vec![]),
-            (
-                Event::Doubted(1, "bent".to_owned()),
-                vec![
-                    Action::Note(Weight::Warning, text),
-                    Action::DistrustHead,
-                    Action::StartSweep(visit(1)),
-                ],
-            ),
-            (Event::SweepDone(1), vec![Action::Judge(visit(1))]),
-            (Event::Judged(1, Ok(())), vec![Action::Record(visit(1))]),
-        ],
-    );
 }
 
 #[test]

@@ -80,3 +80,44 @@ fn pushed_in_the_middle_of_the_sweep_it_is_swept_again() {
         }
     }
 }
+
+#[test]
+fn another_waypoint_is_not_this_one() {
+    for scene in ["office.toml", "office-door.toml", "corridor.toml"] {
+        let mut patrol = patrol();
+        patrol.devices.with(|e| {
+            e.set_world(world(scene));
+            e.drive_to(moved(scene, (0.0, 0.0, 0.0)));
+        });
+        let seen = patrol.visit();
+        assert_eq!(seen.verdict, Verdict::NotObserved, "{scene}: {seen:?}");
+    }
+}
+
+#[test]
+fn somebody_who_walks_through_is_no_fault() {
+    let text = |x_m: f64, y_m: f64| {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes");
+        let plain = std::fs::read_to_string(folder.join("storeroom.toml")).expect("shipped");
+        format!(
+            "{plain}\n[[person]]\nname = \"walker\"\nat = [{x_m}, {y_m}, 0.0]\nyaw_deg = 90\nheight_m = 1.78\n"
+        )
+    };
+    let mut patrol = patrol();
+    // Across the view within two seconds, in steps of a tenth.
+    for step in 0..20_u32 {
+        let y_m = -1.2 + 0.12 * f64::from(step);
+        let scene = crate::world::Scene::parse(&text(1.2, y_m)).expect("a scene");
+        let here = std::sync::Arc::new(scene.build(None).expect("builds"));
+        let at = Duration::from_millis(7000 + 100 * u64::from(step));
+        patrol.devices.later(at, move |e| e.set_world(here));
+    }
+    let empty = world("storeroom.toml");
+    patrol
+        .devices
+        .later(Duration::from_secs(9), move |e| e.set_world(empty));
+    let seen = patrol.visit();
+    assert_ne!(seen.verdict, Verdict::Quiet, "{seen:?}");
+    let clean = patrol.visit();
+    assert_eq!(clean.verdict, Verdict::Quiet, "{clean:?}");
+}

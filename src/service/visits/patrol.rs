@@ -9,7 +9,7 @@ use crate::patrol::event::{Event, Refusal, Request, Task};
 use crate::patrol::machine::{self, Machine};
 use crate::service::constants::{TICK, WATCH_PACE};
 use crate::service::judge::{Finding, Judged, ReadyReferences, judge};
-use crate::service::robot::{Connect, Fault, Notes, Robot};
+use crate::service::robot::{Away, Connect, Fault, Notes, Robot};
 use crate::service::station::StationConnect;
 use crate::store::StoredReference;
 use crate::sweep::RawSweep;
@@ -17,7 +17,7 @@ use crate::world::{Scene, Stand, World};
 use nalgebra::Point3;
 use std::collections::VecDeque;
 use std::path::Path;
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// What the guard sees of a visit.
@@ -227,7 +227,6 @@ impl Patrol {
         self.watched = self.devices.now();
         let seen = self.robot.as_mut().and_then(|robot| robot.watch().err());
         if let Some(fault) = seen.filter(|fault| fault.lost) {
-            self.robot = None;
             self.events.push_back(Event::DevicesLost(fault.reason));
         }
     }
@@ -236,18 +235,12 @@ impl Patrol {
         for action in actions {
             match action {
                 Action::OpenDevices => {
-                    self.robot = None;
-                    let said = Arc::new(Mutex::new(()));
-                    let notes = Notes::new(move |_, _, _| drop(said.lock()));
-                    let opened = self.connect.connect(&self.settings, &notes, &Cancel::new());
-                    self.events.push_back(match opened {
-                        Ok(mut robot) => {
-                            robot.describe();
-                            self.robot = Some(robot);
-                            Event::DevicesReady
-                        }
-                        Err(reason) => Event::DevicesFailed(reason),
-                    });
+                    let event = match self.resume_or_connect() {
+                        Ok(()) => Event::DevicesReady,
+                        Err(Away { reason, absent }) if absent => Event::DevicesAbsent(reason),
+                        Err(Away { reason, .. }) => Event::DevicesFailed(reason),
+                    };
+                    self.events.push_back(event);
                 }
                 Action::Prepare(request) => {
                     self.events.push_back(Event::Prepared(request.id, Ok(())));
@@ -276,6 +269,24 @@ impl Patrol {
                 other => panic!("not played here: {other:?}"),
             }
         }
+    }
+
+    /// As the robot's thread does it.
+    fn resume_or_connect(&mut self) -> Result<(), Away> {
+        let cancel = Cancel::new();
+        if let Some(robot) = &mut self.robot {
+            match robot.resume(&cancel) {
+                Ok(()) => return Ok(()),
+                Err(away) if away.absent => return Err(away),
+                Err(_) => {}
+            }
+        }
+        self.robot = None;
+        let notes = Notes::new(|_, _, _| ());
+        let mut robot = self.connect.connect(&self.settings, &notes, &cancel)?;
+        robot.describe();
+        self.robot = Some(robot);
+        Ok(())
     }
 
     fn sweep(&mut self, request: &Request) {
