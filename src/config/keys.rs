@@ -118,6 +118,20 @@ pub const KEYS: &[Key] = &[
         "Drive to the stops and home when the service connects; the head is open loop, so switch off only on a bench.",
     ),
     key(
+        "ptu.suspect_pan_deg",
+        Float(0.1, 180.0),
+        "0.4",
+        "deg",
+        "Turn about the pan axis against the reference from which the head is homed and the place swept again, for it may have lost steps. Raise it for a robot that stops askew by more than that: each such visit takes two sweeps.",
+    ),
+    key(
+        "ptu.suspect_tilt_deg",
+        Float(0.1, 90.0),
+        "0.4",
+        "deg",
+        "The same about the tilt axis. Raise it where the floor lets the robot stand tilted now and then.",
+    ),
+    key(
         "mount.pan_axis_xyz_m",
         Floats(3, 3, -METRES, METRES),
         "[0.0, -0.00955, 0.046774]",

@@ -32,6 +32,8 @@ pub(super) fn read(layers: &Layers) -> Settings {
             pan_zero_rad: get.radians("ptu.pan_zero_deg"),
             tilt_zero_rad: get.radians("ptu.tilt_zero_deg"),
             home_at_start: get.flag("ptu.home_at_start"),
+            suspect_pan_rad: get.radians("ptu.suspect_pan_deg"),
+            suspect_tilt_rad: get.radians("ptu.suspect_tilt_deg"),
         },
         mount: MountSettings {
             pan_axis_m: get.triple("mount.pan_axis_xyz_m"),

@@ -72,6 +72,10 @@ pub struct PtuSettings {
     pub tilt_zero_rad: f64,
     /// Home when connecting.
     pub home_at_start: bool,
+    /// Turn about the pan axis from which lost steps are suspected, radians.
+    pub suspect_pan_rad: f64,
+    /// The same about the tilt axis, radians.
+    pub suspect_tilt_rad: f64,
 }
 
 /// `[mount]`: the kinematic chain of sweep-geometry section 2, metres and radians.

@@ -74,6 +74,13 @@ pub const HEALTH_LIMIT: Duration = Duration::from_secs(4);
 /// First and longest pause before a port is opened again; doubled at every failure in a row.
 pub const BACKOFF: (Duration, Duration) = (Duration::from_millis(500), Duration::from_secs(30));
 
+/// Longest pause before a port that is not there is looked for again: that costs nothing, and a device plugged in again is
+/// wanted within seconds.
+pub const ABSENT_RETRY: Duration = Duration::from_secs(1);
+
+/// Wait for a device that is away, when it is asked for: one look at its port, and its connecting.
+pub const RETURN_LIMIT: Duration = Duration::from_millis(1500);
+
 /// Wall time that a port thread blocks in one read while something is under way, and while nothing is. Commands wait
 /// at most that long.
 pub const READ_BUSY: Duration = Duration::from_millis(4);

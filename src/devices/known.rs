@@ -5,7 +5,7 @@ use super::head::HeadEvent;
 use super::head_memory::HeadMemory;
 use super::port::PortEvent;
 use super::port_name::PortName;
-use super::station::Told;
+use super::wires::Told;
 use ptu::HeadIdentity;
 use scip::Identity;
 use std::sync::mpsc::Sender;
@@ -90,6 +90,12 @@ impl Known {
         (self.laser().err(), self.head().err())
     }
 
+    /// What failed, and not what was being connected meanwhile.
+    pub(super) fn failure(&self) -> Option<DeviceError> {
+        let laser = self.laser_error.as_ref();
+        laser.or(self.head_error.as_ref()).cloned()
+    }
+
     pub(super) fn laser(&self) -> Result<&Identity, DeviceError> {
         let away = || away(Device::Laser, &self.ports.0, self.laser_error.as_ref());
         self.laser.as_ref().ok_or_else(away)
@@ -145,6 +151,9 @@ impl Known {
                 self.laser = Some(identity.clone());
                 self.laser_error = None;
             }
+            // Who answers will be seen; that it is away is true no more.
+            Told::Laser(PortEvent::Opened) => self.laser_error = None,
+            Told::Head(PortEvent::Opened) => self.head_error = None,
             Told::Laser(PortEvent::Device(_)) => {}
             Told::Head(PortEvent::Device(HeadEvent::Unit(event))) => self.note_head(event),
             Told::Head(PortEvent::Device(HeadEvent::NotTaken(_))) => {}

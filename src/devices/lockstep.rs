@@ -3,3 +3,4 @@
 pub mod bench;
 mod faults;
 mod sweeps;
+pub mod wires;

@@ -6,6 +6,7 @@
 //! | `clock` | the wall's time | virtual time, the one of every deadline |
 //! | `driver`, `laser`, `head` | commands, bytes, instants | bytes and events of one device |
 //! | `port_name`, `port` | a configured port | a thread that keeps it open and serves its driver |
+//! | `wires` | commands | both ports as one, on their threads |
 //! | `plan` | settings, identities | one sweep in whole counts |
 //! | `sweep_run`, `sweep_data` | events of both devices | commands to both, in the end a raw sweep or the reason why not |
 //! | `station`, `known`, `head_memory`, `report` | settings | both devices as one object with blocking calls; what is known of them |
@@ -32,8 +33,9 @@ mod report;
 mod station;
 mod sweep_data;
 mod sweep_run;
+mod wires;
 #[cfg(test)]
-mod lockstep;
+pub(crate) mod lockstep;
 #[cfg(test)]
 mod on_terminals;
 

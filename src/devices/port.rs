@@ -1,7 +1,7 @@
 //! The thread of one port: blocking reads, bytes stamped as they come, the driver inside, the port opened anew.
 
 use super::clock::Clock;
-use super::constants::{BACKOFF, CLOSE_LIMIT, READ_BUSY, READ_IDLE, WRITE_LIMIT};
+use super::constants::{ABSENT_RETRY, BACKOFF, CLOSE_LIMIT, READ_BUSY, READ_IDLE, WRITE_LIMIT};
 use super::driver::{Driver, Output};
 use super::error::DeviceError;
 use super::port_name::PortName;
@@ -15,6 +15,8 @@ use std::time::{Duration, Instant};
 /// What the thread tells.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PortEvent<E> {
+    /// The port is open; the device is being connected.
+    Opened,
     /// The driver's word.
     Device(E),
     /// The port is closed; it will be opened again after the pause.
@@ -139,7 +141,9 @@ impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
                     continue;
                 }
             }
-            let retry_in = self.backoff;
+            let absent = matches!(error, DeviceError::Port { .. });
+            let most = if absent { ABSENT_RETRY } else { BACKOFF.1 };
+            let retry_in = self.backoff.min(most);
             if !self.tell(PortEvent::Lost { error, retry_in }) {
                 return;
             }
@@ -170,6 +174,9 @@ impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
         // What was asked of the port's former life means nothing now.
         while self.inbox.try_recv().is_ok() {}
         driver.connect(self.clock.now());
+        if !self.tell(PortEvent::Opened) {
+            return End::Stopped;
+        }
         let mut buffer = [0; 4096];
         loop {
             if let Err(end) = self.carry_out(&mut driver, &mut *link) {

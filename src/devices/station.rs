@@ -5,44 +5,30 @@ mod watch;
 
 use super::cancel::Cancel;
 use super::clock::Clock;
-use super::constants::{
-    BITS_PER_BYTE, CANCEL_CHECK, CONNECT_LIMIT, HEALTH_LIMIT, HOME_LIMIT, OPEN_LIMIT,
-};
+use super::constants::{BITS_PER_BYTE, CONNECT_LIMIT, HEALTH_LIMIT, HOME_LIMIT, OPEN_LIMIT};
 use super::error::{Device, DeviceError};
-use super::head::{HeadCommand, HeadDriver, HeadEvent, head_error};
+use super::head::{HeadCommand, HeadEvent, head_error};
 use super::head_memory::HeadMemory;
 use super::known::{DeviceNote, Known};
-use super::laser::LaserDriver;
 use super::plan::{HeadFacts, LaserFacts, SweepPlan, SweepRequest};
-use super::port::{Port, PortEvent};
+use super::port::PortEvent;
 use super::port_name::{Line, PortName};
 use super::report::{DevicesReport, HeadReport, LaserReport};
 use super::sweep_run::{PortNames, RunAction, SweepRun};
+use super::wires::{PortThreads, Told, Wires};
 use crate::config::{PtuSettings, Settings};
 use crate::sweep::RawSweep;
-use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::mpsc::Sender;
 use std::time::Duration;
-
-/// What a port's thread told.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Told {
-    /// Of the laser.
-    Laser(PortEvent<scip::Event>),
-    /// Of the head.
-    Head(PortEvent<HeadEvent>),
-}
 
 /// Laser and head, connected. Dropping it turns the laser off, halts the head and closes both ports within a second.
 #[derive(Debug)]
 pub struct Station {
-    laser: Port<LaserDriver>,
-    head: Port<HeadDriver>,
-    told: Receiver<Told>,
+    wires: Box<dyn Wires>,
     known: Known,
     laser_port: PortName,
     head_port: PortName,
     ptu: PtuSettings,
-    clock: Clock,
 }
 
 impl Station {
@@ -72,8 +58,27 @@ impl Station {
         memory: &HeadMemory,
         cancel: &Cancel,
     ) -> Result<Self, DeviceError> {
-        let mut station = Self::begin(settings, clock, notes, memory)?;
+        let (laser, head) = ports(settings);
+        let wires = Box::new(PortThreads::spawn(laser, head, clock)?);
+        Self::open_over(wires, settings, notes, memory, cancel)
+    }
+
+    /// As [`open_again`](Self::open_again), over wires that are there already.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub(crate) fn open_over(
+        wires: Box<dyn Wires>,
+        settings: &Settings,
+        notes: Sender<DeviceNote>,
+        memory: &HeadMemory,
+        cancel: &Cancel,
+    ) -> Result<Self, DeviceError> {
+        let mut station = Self::begin(wires, settings, notes, memory);
         station.wait_for_both(false, cancel)?;
+        if let Some(error) = station.known.failure() {
+            return Err(error);
+        }
         match station.known.failures() {
             (Some(error), _) | (None, Some(error)) => Err(error),
             (None, None) => {
@@ -103,7 +108,9 @@ impl Station {
         ),
         DeviceError,
     > {
-        let mut station = Self::begin(settings, clock, notes, &HeadMemory::default())?;
+        let (laser, head) = ports(settings);
+        let wires = Box::new(PortThreads::spawn(laser, head, clock)?);
+        let mut station = Self::begin(wires, settings, notes, &HeadMemory::default());
         station.wait_for_both(true, cancel)?;
         let (laser, head) = station.known.failures();
         Ok((
@@ -113,49 +120,32 @@ impl Station {
     }
 
     fn begin(
+        wires: Box<dyn Wires>,
         settings: &Settings,
-        clock: Clock,
         notes: Sender<DeviceNote>,
         memory: &HeadMemory,
-    ) -> Result<Self, DeviceError> {
-        let laser_port = PortName {
-            device: Device::Laser,
-            name: settings.laser.port.clone(),
-            baud: settings.laser.baud,
-        };
-        let head_port = PortName {
-            device: Device::Head,
-            name: settings.ptu.port.clone(),
-            baud: settings.ptu.baud,
-        };
-        let (tell, told) = mpsc::channel();
-        let tell_head = tell.clone();
-        Ok(Self {
-            laser: Port::spawn(laser_port.clone(), clock.clone(), move |event, _| {
-                tell.send(Told::Laser(event)).is_ok()
-            })?,
-            head: Port::spawn(head_port.clone(), clock.clone(), move |event, _| {
-                tell_head.send(Told::Head(event)).is_ok()
-            })?,
-            told,
-            known: Known::new(
-                &laser_port,
-                &head_port,
-                settings.ptu.home_at_start,
-                memory.clone(),
-                notes,
-            ),
+    ) -> Self {
+        let (laser_port, head_port) = ports(settings);
+        let known = Known::new(
+            &laser_port,
+            &head_port,
+            settings.ptu.home_at_start,
+            memory.clone(),
+            notes,
+        );
+        Self {
+            wires,
+            known,
             laser_port,
             head_port,
             ptu: settings.ptu.clone(),
-            clock,
-        })
+        }
     }
 
     /// Until both are known or one (`each`: both) failed.
     fn wait_for_both(&mut self, each: bool, cancel: &Cancel) -> Result<(), DeviceError> {
-        let until = self.clock.now() + OPEN_LIMIT;
-        while self.clock.now() < until {
+        let until = self.wires.now() + OPEN_LIMIT;
+        while self.wires.now() < until {
             if cancel.is_cancelled() {
                 return Err(DeviceError::Cancelled);
             }
@@ -171,15 +161,14 @@ impl Station {
 
     /// The next event, taken note of; `None` if none came within the time between two looks at a cancelled flag.
     fn next(&mut self, until: Duration) -> Option<Told> {
-        let left = self.clock.wall(until.saturating_sub(self.clock.now()));
-        let told = self.told.recv_timeout(left.min(CANCEL_CHECK)).ok()?;
+        let told = self.wires.next(until)?;
         self.known.note(&told);
         Some(told)
     }
 
     /// Takes note of what came while nobody asked.
     fn catch_up(&mut self) {
-        while let Ok(told) = self.told.try_recv() {
+        while let Some(told) = self.wires.heard() {
             self.known.note(&told);
         }
     }
@@ -209,10 +198,10 @@ impl Station {
     }
 
     fn head_report(&mut self, cancel: &Cancel) -> Result<HeadReport, DeviceError> {
-        self.head.send(HeadCommand::QueryHealth);
-        let until = self.clock.now() + HEALTH_LIMIT;
+        self.wires.head(HeadCommand::QueryHealth);
+        let until = self.wires.now() + HEALTH_LIMIT;
         let mut health = None;
-        while self.clock.now() < until {
+        while self.wires.now() < until {
             if cancel.is_cancelled() {
                 return Err(DeviceError::Cancelled);
             }
@@ -246,9 +235,9 @@ impl Station {
     pub fn home(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
         self.be_connected(cancel)?;
         self.known.begin_homing();
-        self.head.send(HeadCommand::Home);
-        let until = self.clock.now() + HOME_LIMIT;
-        while self.clock.now() < until {
+        self.wires.head(HeadCommand::Home);
+        let until = self.wires.now() + HOME_LIMIT;
+        while self.wires.now() < until {
             if cancel.is_cancelled() {
                 return Err(DeviceError::Cancelled);
             }
@@ -299,7 +288,7 @@ impl Station {
             laser: self.laser_port.name.clone(),
             head: self.head_port.name.clone(),
         };
-        let mut run = SweepRun::new(plan, names, self.clock.now());
+        let mut run = SweepRun::new(plan, names, self.wires.now());
         loop {
             self.carry_out(&mut run);
             if let Some(outcome) = run.take_outcome() {
@@ -309,11 +298,11 @@ impl Station {
                 return outcome;
             }
             if cancel.is_cancelled() {
-                run.cancel(self.clock.now());
+                run.cancel(self.wires.now());
                 self.carry_out(&mut run);
             }
             let told = self.next(run.deadline());
-            let now = self.clock.now();
+            let now = self.wires.now();
             match told {
                 Some(Told::Laser(PortEvent::Device(event))) => run.on_laser(event, now),
                 Some(Told::Head(PortEvent::Device(event))) => run.on_head(event, now),
@@ -323,7 +312,7 @@ impl Station {
                 Some(Told::Head(PortEvent::Lost { error, .. })) => {
                     run.on_lost(Device::Head, error, now);
                 }
-                None => {}
+                Some(Told::Laser(PortEvent::Opened) | Told::Head(PortEvent::Opened)) | None => {}
             }
             run.on_time(now);
         }
@@ -342,8 +331,8 @@ impl Station {
     fn carry_out(&mut self, run: &mut SweepRun) {
         while let Some(action) = run.poll_action() {
             match action {
-                RunAction::Laser(command) => self.laser.send(command),
-                RunAction::Head(command) => self.head.send(command),
+                RunAction::Laser(command) => self.wires.laser(command),
+                RunAction::Head(command) => self.wires.head(command),
                 RunAction::Note(device, text) => self.known.warn(device, text),
             }
         }
@@ -371,7 +360,7 @@ impl Station {
     /// Both connected, if need be after a wait.
     fn be_connected(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
         self.catch_up();
-        let until = self.clock.now() + CONNECT_LIMIT;
+        let until = self.wires.now() + CONNECT_LIMIT;
         loop {
             if cancel.is_cancelled() {
                 return Err(DeviceError::Cancelled);
@@ -379,7 +368,7 @@ impl Station {
             if self.known.laser().is_ok() && self.known.head().is_ok() {
                 return Ok(());
             }
-            if self.clock.now() >= until {
+            if self.wires.now() >= until {
                 self.known.laser()?;
                 self.known.head()?;
                 return Ok(());
@@ -393,8 +382,17 @@ impl Drop for Station {
     fn drop(&mut self) {
         // What nobody asked about is remembered all the same.
         self.catch_up();
-        // Both at once; their own drops wait.
-        self.laser.begin_close();
-        self.head.begin_close();
     }
+}
+
+fn ports(settings: &Settings) -> (PortName, PortName) {
+    let port = |device, name: &String, baud| PortName {
+        device,
+        name: name.clone(),
+        baud,
+    };
+    (
+        port(Device::Laser, &settings.laser.port, settings.laser.baud),
+        port(Device::Head, &settings.ptu.port, settings.ptu.baud),
+    )
 }

@@ -24,6 +24,8 @@ pub enum Action {
     CloseDevices,
     /// Look up the waypoint's reference.
     Prepare(Request),
+    /// Take the head's angles for worthless: it is homed before the next sweep.
+    DistrustHead,
     /// Take a sweep.
     StartSweep(Request),
     /// Judge the sweep that was taken.

@@ -85,6 +85,8 @@ pub enum Event {
     DevicesReady,
     /// The devices could not be opened.
     DevicesFailed(String),
+    /// The devices could not be opened, for one is not there.
+    DevicesAbsent(String),
     /// Devices that were ready went away while nothing was asked of them.
     DevicesLost(String),
     /// The devices are let go: laser off, head stopped.
@@ -106,6 +108,8 @@ pub enum Event {
         /// Whether the devices must be opened anew.
         lost: bool,
     },
+    /// The sweep does not fit at the head's angles: why it is not judged.
+    Doubted(u64, String),
     /// The sweep is judged, or why it cannot be.
     Judged(u64, Result<(), String>),
     /// The outcome is on disk, or why not.

@@ -7,10 +7,14 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 mod devices;
+mod doubt;
 
 /// Requests that may wait behind the one in hand: a robot asks for one at a time, so a longer queue is a client
 /// gone wild.
 pub const MOST_WAITING: usize = 4;
+/// Pause before a device that is not there is looked for again: that moves nothing, and it is wanted within seconds of its
+/// return.
+pub const ABSENT_RETRY: Duration = Duration::from_secs(1);
 /// First pause before lost devices are tried again: a replugged USB device needs about a second to get its name.
 pub const FIRST_RETRY: Duration = Duration::from_secs(2);
 /// Longest pause before lost devices are tried again.
@@ -55,6 +59,8 @@ pub struct Machine {
     devices: Devices,
     /// Pause before the next retry.
     pause: Duration,
+    /// What was last said of absent devices.
+    absent: Option<String>,
     in_hand: Option<(Request, Step)>,
     waiting: VecDeque<Request>,
     /// A request whose sweep is being called off because its asker went away.
@@ -70,6 +76,7 @@ impl Machine {
         let machine = Self {
             devices: Devices::Opening,
             pause: FIRST_RETRY,
+            absent: None,
             in_hand: None,
             waiting: VecDeque::new(),
             unwanted: None,
@@ -122,11 +129,12 @@ impl Machine {
         match event {
             Event::DevicesReady => self.devices_ready(&mut out),
             Event::DevicesFailed(reason) => self.devices_failed(now, reason, &mut out),
+            Event::DevicesAbsent(reason) => self.devices_absent(now, reason, &mut out),
             Event::DevicesLost(reason) => {
                 // During a sweep, the sweep tells it.
                 let sweeping = matches!(self.in_hand, Some((_, Step::Sweeping)));
                 if self.devices == Devices::Ready && !sweeping {
-                    self.devices_failed(now, reason, &mut out);
+                    self.devices_absent(now, reason, &mut out);
                 }
             }
             Event::DevicesClosed => {
@@ -148,6 +156,7 @@ impl Machine {
             Event::SweepFailed { id, reason, lost } => {
                 self.sweep_failed(id, reason, lost, &mut out);
             }
+            Event::Doubted(id, reason) => self.doubted(id, &reason, &mut out),
             Event::Judged(id, result) => {
                 if let Some(request) = self.take(id, Step::Judging) {
                     self.judged(request, result, &mut out);

@@ -125,7 +125,11 @@ impl Conductor {
                 let spent = self.lap_ms();
                 if let Some(work) = self.work.as_mut().filter(|w| w.request.id == id) {
                     self.judging = false;
-                    work.timing.judge = spent;
+                    work.timing.judge += spent;
+                    if let Some(reason) = judged.doubt {
+                        work.swept_again = true;
+                        return self.handle(Event::Doubted(id, reason));
+                    }
                     work.judged = Some(judged);
                 }
                 Event::Judged(id, result)
@@ -209,6 +213,7 @@ impl Conductor {
                 Event::DevicesReady
             }
             RobotEvent::Failed(reason) => Event::DevicesFailed(reason),
+            RobotEvent::Absent(reason) => Event::DevicesAbsent(reason),
             RobotEvent::Lost(reason) => Event::DevicesLost(reason),
             RobotEvent::Closed => Event::DevicesClosed,
             RobotEvent::Swept(id, raw) => {
@@ -219,7 +224,7 @@ impl Conductor {
                     .now()
                     .saturating_sub(self.sweep_began);
                 if let Some(work) = self.work.as_mut().filter(|w| w.request.id == id) {
-                    work.timing.sweep = spent.as_secs_f64() * 1e3;
+                    work.timing.sweep += spent.as_secs_f64() * 1e3;
                     self.raw = Some(*raw);
                 }
                 Event::SweepDone(id)
@@ -249,6 +254,7 @@ impl Conductor {
                 Action::OpenDevices => self.hands.robot.open(Arc::clone(&self.settings)),
                 Action::CancelDevices => self.hands.robot.cancel(),
                 Action::CloseDevices => self.hands.robot.close(),
+                Action::DistrustHead => self.hands.robot.distrust(),
                 Action::Prepare(request) => self.prepare(request),
                 Action::StartSweep(request) => self.start_sweep(request),
                 Action::Judge(request) => self.judge(&request),
@@ -313,13 +319,14 @@ impl Conductor {
         };
         let (id, task, waypoint) = (request.id, request.task, request.waypoint.clone());
         let reference = work.reference.clone();
+        let again = work.swept_again;
         let settings = Arc::clone(&work.settings);
         let (ready, inbox) = (self.ready.clone(), self.hands.inbox.clone());
         self.began = Instant::now();
         self.judging = true;
         let judging = tokio::task::spawn_blocking(move || {
             let reference = reference.as_deref();
-            judge(task, &waypoint, &raw, reference, &settings, &ready)
+            judge(task, &waypoint, &raw, again, reference, &settings, &ready)
         });
         tokio::spawn(async move {
             let judged = judging.await.unwrap_or_else(Judged::broken);

@@ -6,9 +6,9 @@ use crate::geometry::View;
 use crate::mixture::Mixture;
 use crate::novelty::{Reference, Verdict};
 use crate::patrol::event::Task;
-use crate::patrol::{NoveltyRecord, Report, inspect, prepare};
+use crate::patrol::{Doubt, NoveltyRecord, Report, Suspicion, doubt, inspect, prepare};
 use crate::store::StoredReference;
-use crate::sweep::{Quality, RawSweep, assemble, encode};
+use crate::sweep::{Quality, RawSweep, Sweep, assemble, encode};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::task::JoinError;
@@ -56,6 +56,8 @@ pub struct Judged {
     pub unassembled: Option<Vec<u8>>,
     /// What was found.
     pub finding: Result<Finding, String>,
+    /// Why the head is to be homed and the place swept again before anything is said of it.
+    pub doubt: Option<String>,
 }
 
 impl Judged {
@@ -74,6 +76,7 @@ impl Judged {
             kept: None,
             unassembled: None,
             finding: Err(format!("the engine failed: {}", words.replace('\n', " "))),
+            doubt: None,
         }
     }
 }
@@ -107,11 +110,13 @@ impl ReadyReferences {
     }
 }
 
-/// Judges a sweep for `task`; a visit needs the waypoint's stored reference.
+/// Judges a sweep for `task`; a visit needs the waypoint's stored reference. `again`: an earlier sweep of this visit did not
+/// fit at the head's angles, and the head was homed since.
 pub fn judge(
     task: Task,
     waypoint: &str,
     raw: &RawSweep,
+    again: bool,
     stored: Option<&StoredReference>,
     settings: &Settings,
     ready: &ReadyReferences,
@@ -123,11 +128,13 @@ pub fn judge(
                 kept: None,
                 unassembled: Some(encode(raw)),
                 finding: Err(error.to_string()),
+                doubt: None,
             };
         }
     };
     let fault = sweep.quality.fault(settings.sweep.max_missing_lines);
     let view = &sweep.view;
+    let mut doubted = None;
     let finding = match (task, fault) {
         (Task::Sweep, fault) => Ok(Finding::Points(write_ply(&view.points), fault)),
         (_, Some(fault)) => Err(fault),
@@ -140,7 +147,19 @@ pub fn judge(
         .map_err(|error| error.to_string()),
         (Task::Visit, None) => stored
             .ok_or_else(|| "no reference at hand".to_owned())
-            .and_then(|stored| compare(waypoint, view, stored, settings, ready)),
+            .and_then(|stored| {
+                let (finding, doubt) = compare(waypoint, &sweep, stored, settings, ready)?;
+                match doubt {
+                    // After a calibration a view that is turned is a robot that stands askew.
+                    None | Some(Doubt::Turned(_)) if again => Ok(finding),
+                    None => Ok(finding),
+                    Some(doubt) => {
+                        let of_the_head = !matches!(doubt, Doubt::Elsewhere(_));
+                        doubted = (of_the_head && !again).then(|| doubt.reason().to_owned());
+                        Err(doubt.reason().to_owned())
+                    }
+                }
+            }),
     };
     let kept = Kept {
         raw: encode(raw),
@@ -151,21 +170,28 @@ pub fn judge(
         kept: Some(kept),
         unassembled: None,
         finding,
+        doubt: doubted,
     }
 }
 
 fn compare(
     waypoint: &str,
-    view: &View,
+    sweep: &Sweep,
     stored: &StoredReference,
     settings: &Settings,
     ready: &ReadyReferences,
-) -> Result<Finding, String> {
+) -> Result<(Finding, Option<Doubt>), String> {
+    let view = &sweep.view;
     let reference = ready.get(stored, settings)?;
     let seed = settings.mixture.seed;
     let engine = settings.engine(Some(waypoint));
     let inspection =
         inspect(&reference, view, &engine, seed, &mut |_| ()).map_err(|error| error.to_string())?;
+    let suspicion = Suspicion {
+        pan_rad: settings.ptu.suspect_pan_rad,
+        tilt_rad: settings.ptu.suspect_tilt_rad,
+    };
+    let doubt = doubt(&reference, sweep, &inspection.detection, &suspicion);
     let points = [stored.view.points.len(), view.points.len()];
     let mut report = Report::new(&inspection, points, settings.novelty.engine.word(), seed);
     let detection = &inspection.detection;
@@ -177,7 +203,8 @@ fn compare(
         })
         .collect();
     let verdict = detection.verdict;
-    Ok(Finding::Visit(Box::new(Judgement { verdict, report })))
+    let judgement = Box::new(Judgement { verdict, report });
+    Ok((Finding::Visit(judgement), doubt))
 }
 
 #[cfg(test)]

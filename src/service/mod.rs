@@ -19,12 +19,14 @@ mod station;
 mod steady;
 mod systemd;
 mod work;
+#[cfg(test)]
+mod visits;
 
 pub use api::ABOUT_SWEEP;
 pub use error::ServiceError;
 pub use logging::{LogLevel, start as start_logging};
 pub use message::Control;
-pub use robot::{Connect, Fault, Notes, Robot};
+pub use robot::{Away, Connect, Fault, Notes, Robot};
 pub use run::{Plan, run, run_until, serve};
 pub use stamp::stamp_now;
 pub use station::StationConnect;

@@ -21,6 +21,20 @@ pub trait Robot: Send {
         Ok(())
     }
 
+    /// The head's angles do not fit the scene: it is homed before the next sweep.
+    fn distrust(&mut self) {}
+
+    /// Waits until devices that went away are back, and homes the head where its position is doubted. Blocks.
+    ///
+    /// # Errors
+    /// Why they are not; where they are not merely absent they must be connected anew.
+    fn resume(&mut self, _cancel: &Cancel) -> Result<(), Away> {
+        Err(Away {
+            reason: "it cannot be resumed".to_owned(),
+            absent: false,
+        })
+    }
+
     /// Takes a sweep; blocks until it is done.
     ///
     /// # Errors
@@ -31,6 +45,15 @@ pub trait Robot: Send {
         waypoint: Option<&str>,
         cancel: &Cancel,
     ) -> Result<RawSweep, Fault>;
+}
+
+/// Why there is no robot.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Away {
+    /// One line: device, what happened, what to do.
+    pub reason: String,
+    /// Whether a device is just not there: looking again soon costs nothing and moves nothing.
+    pub absent: bool,
 }
 
 /// Why a robot gave no sweep.
@@ -48,13 +71,13 @@ pub trait Connect: Send {
     /// goes to `notes`.
     ///
     /// # Errors
-    /// One line: device, what happened, what to do.
+    /// Why there is none.
     fn connect(
         &mut self,
         settings: &Settings,
         notes: &Notes,
         cancel: &Cancel,
-    ) -> Result<Box<dyn Robot>, String>;
+    ) -> Result<Box<dyn Robot>, Away>;
 }
 
 /// Takes what the devices have to say.

@@ -1,7 +1,7 @@
 //! The thread that owns the robot: its calls block, so they have a thread of their own, and a bound each.
 
 use super::constants::{LEG_LIMIT, LINE_LIMIT, OPEN_LIMIT, RECOVERY_LIMIT, TILT_SLACK, WATCH_PACE};
-use super::robot::{Connect, Fault, Notes, Robot};
+use super::robot::{Away, Connect, Fault, Notes, Robot};
 use crate::config::{Settings, SweepMode};
 use crate::devices::{Cancel, Clock};
 use crate::sweep::RawSweep;
@@ -18,6 +18,8 @@ pub enum RobotEvent {
     Ready(Value),
     /// Not connected.
     Failed(String),
+    /// Not connected, for a device is not there.
+    Absent(String),
     /// Gone while nothing was asked of them.
     Lost(String),
     /// Let go.
@@ -31,6 +33,7 @@ pub enum RobotEvent {
 enum Order {
     Open(Arc<Settings>, Cancel),
     Sweep(u64, Arc<Settings>, Option<String>, Cancel),
+    Distrust,
     Close,
 }
 
@@ -62,6 +65,7 @@ impl RobotThread {
             notes,
             clock: clock.clone(),
             robot: None,
+            settings: None,
             bound: Arc::clone(&bound),
             tell,
         };
@@ -86,6 +90,11 @@ impl RobotThread {
     pub fn sweep(&mut self, id: u64, settings: Arc<Settings>, waypoint: Option<String>) {
         self.cancel = Cancel::new();
         self.send(Order::Sweep(id, settings, waypoint, self.cancel.clone()));
+    }
+
+    /// Takes the head's angles for worthless, until it is homed before the next sweep.
+    pub fn distrust(&self) {
+        self.send(Order::Distrust);
     }
 
     /// Interrupts what was last ordered.
@@ -123,6 +132,8 @@ struct Owner<F> {
     notes: Notes,
     clock: Clock,
     robot: Option<Box<dyn Robot>>,
+    /// Settings that the robot was connected under.
+    settings: Option<Arc<Settings>>,
     bound: Bound,
     tell: F,
 }
@@ -147,9 +158,13 @@ impl<F: FnMut(RobotEvent)> Owner<F> {
 
     fn obey(&mut self, order: Order) -> Option<RobotEvent> {
         match order {
-            Order::Open(settings, cancel) => self.open(&settings, &cancel),
+            Order::Open(settings, cancel) => self.open(settings, &cancel),
             Order::Sweep(id, settings, waypoint, cancel) => {
                 Some(self.sweep(id, &settings, waypoint.as_deref(), &cancel))
+            }
+            Order::Distrust => {
+                self.robot.as_mut()?.distrust();
+                None
             }
             Order::Close => {
                 self.robot = None;
@@ -158,30 +173,47 @@ impl<F: FnMut(RobotEvent)> Owner<F> {
         }
     }
 
-    /// Lost devices are let go: whoever hears of it opens them anew.
+    /// Lost devices are told of: whoever hears of it has them resumed or opened anew.
     fn watch(&mut self) -> Option<RobotEvent> {
         let fault = self.robot.as_mut()?.watch().err().filter(|f| f.lost)?;
-        self.begin(LEG_LIMIT);
-        self.robot = None;
-        self.end();
         Some(RobotEvent::Lost(fault.reason))
     }
 
     /// An opening that was cancelled tells nothing: whoever cancelled it ordered something else.
-    fn open(&mut self, settings: &Settings, cancel: &Cancel) -> Option<RobotEvent> {
-        self.robot = None;
+    fn open(&mut self, settings: Arc<Settings>, cancel: &Cancel) -> Option<RobotEvent> {
         self.begin(OPEN_LIMIT);
-        let opened = self.connect.connect(settings, &self.notes, cancel);
-        let event = match opened {
-            Ok(mut robot) => {
-                let who = robot.describe();
-                self.robot = Some(robot);
-                RobotEvent::Ready(who)
-            }
-            Err(reason) => RobotEvent::Failed(reason),
+        let event = match self.resume_or_connect(settings, cancel) {
+            Ok(who) => RobotEvent::Ready(who),
+            Err(Away { reason, absent }) if absent => RobotEvent::Absent(reason),
+            Err(Away { reason, .. }) => RobotEvent::Failed(reason),
         };
         self.end();
         (!cancel.is_cancelled()).then_some(event)
+    }
+
+    /// A robot that lost one device keeps the other, and what is known of it.
+    fn resume_or_connect(
+        &mut self,
+        settings: Arc<Settings>,
+        cancel: &Cancel,
+    ) -> Result<Value, Away> {
+        let same = |old: &Arc<Settings>| old.laser == settings.laser && old.ptu == settings.ptu;
+        if let Some(robot) = self
+            .robot
+            .as_mut()
+            .filter(|_| self.settings.as_ref().is_some_and(same))
+        {
+            match robot.resume(cancel) {
+                Ok(()) => return Ok(robot.describe()),
+                Err(away) if away.absent || cancel.is_cancelled() => return Err(away),
+                Err(_) => {}
+            }
+        }
+        self.robot = None;
+        let mut robot = self.connect.connect(&settings, &self.notes, cancel)?;
+        let who = robot.describe();
+        (self.robot, self.settings) = (Some(robot), Some(settings));
+        Ok(who)
     }
 
     fn sweep(
@@ -237,9 +269,68 @@ pub(super) fn longest_sweep(settings: &Settings, waypoint: Option<&str>) -> Dura
 
 #[cfg(test)]
 mod tests {
-    use super::longest_sweep;
+    use super::{RobotEvent, RobotThread, longest_sweep};
     use crate::config::{Settings, SweepMode};
+    use crate::devices::{Cancel, Clock};
+    use crate::service::robot::{Away, Connect, Fault, Notes, Robot};
+    use crate::sweep::RawSweep;
+    use serde_json::Value;
+    use std::sync::{Arc, Mutex, mpsc};
+    use std::thread;
     use std::time::Duration;
+
+    /// A robot whose sweep hangs in a read until the sender of this is gone.
+    struct Hangs(Arc<Mutex<mpsc::Receiver<()>>>);
+
+    impl Connect for Hangs {
+        fn connect(&mut self, _: &Settings, _: &Notes, _: &Cancel) -> Result<Box<dyn Robot>, Away> {
+            Ok(Box::new(Self(Arc::clone(&self.0))))
+        }
+    }
+
+    impl Robot for Hangs {
+        fn describe(&mut self) -> Value {
+            Value::Null
+        }
+
+        fn sweep(&mut self, _: &Settings, _: Option<&str>, _: &Cancel) -> Result<RawSweep, Fault> {
+            // Ends with an error when the sender goes.
+            let _ = self.0.lock().expect("one thread").recv();
+            Err(Fault {
+                reason: "the read came back".to_owned(),
+                lost: true,
+            })
+        }
+    }
+
+    #[test]
+    fn a_call_that_hangs_in_a_read_is_overdue_and_no_more_once_it_came_back() {
+        let (held, hangs) = mpsc::channel();
+        let (tell, told) = mpsc::channel();
+        let mut robot = RobotThread::spawn(
+            Box::new(Hangs(Arc::new(Mutex::new(hangs)))),
+            Clock::scaled(1e4),
+            Notes::new(|_, _, _| ()),
+            move |event| drop(tell.send(event)),
+        )
+        .expect("a thread");
+        let settings = Arc::new(Settings::defaults());
+        robot.open(Arc::clone(&settings));
+        let ready = told.recv().expect("it lives");
+        assert!(matches!(ready, RobotEvent::Ready(_)), "{ready:?}");
+        assert!(!robot.is_overdue());
+        robot.sweep(1, settings, None);
+        while !robot.is_overdue() {
+            thread::sleep(Duration::from_millis(1));
+        }
+        // Cancelling does not reach it: the watchdog starves, and systemd starts the service anew.
+        robot.cancel();
+        assert!(robot.is_overdue());
+        drop(held);
+        let ended = told.recv().expect("it lives");
+        assert!(matches!(ended, RobotEvent::SweepFailed(1, _)), "{ended:?}");
+        assert!(!robot.is_overdue());
+    }
 
     #[test]
     fn the_bound_of_a_sweep_grows_with_its_legs_and_lines() {

@@ -1,6 +1,6 @@
 //! The true devices as the service's robot.
 
-use super::robot::{Connect, Fault, Notes, Robot};
+use super::robot::{Away, Connect, Fault, Notes, Robot};
 use crate::config::Settings;
 use crate::devices::{
     Cancel, Clock, Device, DeviceError, DeviceNote, HeadMemory, NoteLevel, Station, SweepRequest,
@@ -13,9 +13,13 @@ use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
+/// Opens a station: how it comes to its ports is nobody else's concern.
+type Open = dyn FnMut(&Settings, mpsc::Sender<DeviceNote>, &HeadMemory, &Cancel) -> Result<Station, DeviceError>
+    + Send;
+
 /// Connects the station of the settings.
 pub struct StationConnect {
-    clock: Clock,
+    open: Box<Open>,
     /// A doubt about the head outlives the station that had it: it is homed, whatever the configuration says of the start.
     memory: HeadMemory,
     said: Said,
@@ -27,8 +31,24 @@ type Said = Arc<Mutex<HashMap<Device, String>>>;
 impl StationConnect {
     /// Connects stations that live in the time of `clock`.
     pub fn new(clock: Clock) -> Self {
+        Self::over(move |settings, notes, memory, cancel| {
+            Station::open_again(settings, clock.clone(), notes, memory, cancel)
+        })
+    }
+
+    /// Connects what `open` opens.
+    pub(super) fn over(
+        open: impl FnMut(
+            &Settings,
+            mpsc::Sender<DeviceNote>,
+            &HeadMemory,
+            &Cancel,
+        ) -> Result<Station, DeviceError>
+        + Send
+        + 'static,
+    ) -> Self {
         Self {
-            clock,
+            open: Box::new(open),
             memory: HeadMemory::default(),
             said: Said::default(),
         }
@@ -41,19 +61,20 @@ impl Connect for StationConnect {
         settings: &Settings,
         notes: &Notes,
         cancel: &Cancel,
-    ) -> Result<Box<dyn Robot>, String> {
-        let told = |error: DeviceError| error.to_string();
+    ) -> Result<Box<dyn Robot>, Away> {
         let (sender, receiver) = mpsc::channel();
         let (forward, said) = (notes.clone(), Arc::clone(&self.said));
         thread::Builder::new()
             .name("patrold-notes".to_owned())
             .spawn(move || pass_on(&receiver, &forward, &said))
-            .map_err(|error| format!("no thread for the devices' notes: {error}"))?;
-        let clock = self.clock.clone();
-        let opened = Station::open_again(settings, clock, sender, &self.memory, cancel);
-        let mut station = opened.map_err(told)?;
+            .map_err(|error| Away {
+                reason: format!("no thread for the devices' notes: {error}"),
+                absent: false,
+            })?;
+        let opened = (self.open)(settings, sender, &self.memory, cancel);
+        let mut station = opened.map_err(away)?;
         if self.memory.is_doubted() || !station.position_trusted() {
-            station.home(cancel).map_err(told)?;
+            station.home(cancel).map_err(away)?;
         }
         Ok(Box::new(StationRobot {
             station,
@@ -91,6 +112,18 @@ impl Robot for StationRobot {
         })
     }
 
+    fn resume(&mut self, cancel: &Cancel) -> Result<(), Away> {
+        self.station.await_return(cancel).map_err(away)?;
+        if self.memory.is_doubted() || !self.station.position_trusted() {
+            self.station.home(cancel).map_err(away)?;
+        }
+        Ok(())
+    }
+
+    fn distrust(&mut self) {
+        self.station.distrust();
+    }
+
     fn sweep(
         &mut self,
         settings: &Settings,
@@ -107,7 +140,7 @@ impl Robot for StationRobot {
             .and_then(|()| self.station.sweep(&request, cancel));
         taken.map_err(|error| {
             let lost = is_lost(&error);
-            if lost {
+            if lost && concerns_head(&error) {
                 self.memory.doubt();
             }
             Fault {
@@ -125,6 +158,30 @@ impl StationRobot {
             return Ok(());
         }
         self.station.home(cancel)
+    }
+}
+
+fn away(error: DeviceError) -> Away {
+    Away {
+        absent: matches!(error, DeviceError::Port { .. }),
+        reason: error.to_string(),
+    }
+}
+
+/// Whether the head's position is in doubt after it: what happened to the laser does not move the head.
+fn concerns_head(error: &DeviceError) -> bool {
+    use DeviceError as E;
+    match error {
+        E::Port { device, .. }
+        | E::Silent { device, .. }
+        | E::WrongDevice { device, .. }
+        | E::Fault { device, .. }
+        | E::NotConnected { device, .. }
+        | E::Overdue { device, .. }
+        | E::Refused { device, .. }
+        | E::NoThread { device, .. } => *device == Device::Head,
+        E::TimerLost { .. } | E::Cancelled | E::OutOfReach { .. } => false,
+        E::PositionLost { .. } | E::Stalled { .. } => true,
     }
 }
 

@@ -22,6 +22,8 @@ pub struct Work {
     pub settings: Arc<Settings>,
     /// The waypoint's reference.
     pub reference: Option<Arc<StoredReference>>,
+    /// A first sweep was doubted; this is the second, after a calibration.
+    pub swept_again: bool,
     /// What came of its sweep.
     pub judged: Option<Judged>,
     /// How long the steps took.
@@ -35,6 +37,7 @@ impl Work {
             request,
             settings,
             reference: None,
+            swept_again: false,
             judged: None,
             timing: StepTiming::default(),
         }

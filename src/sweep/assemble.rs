@@ -5,6 +5,7 @@
 //! bounded. A laser mounted far ahead of the pan axis must do with fewer pans.
 
 use super::attitude::{Attitude, AttitudeError, Wanted};
+use super::blind::is_blind;
 use super::clock::{ClockError, SensorClock};
 use super::constants::{
     FREE_RANGE_M, FROZEN_SCANS, GAP_PERIODS, MOST_LINES, MOST_OFF_ORIGIN_M, URG_NOISE,
@@ -16,6 +17,7 @@ use super::raw::{Leg, Motion, RawScan, RawSweep};
 use crate::geometry::{Mount, View};
 use crate::scan::Beam;
 use nalgebra::{Point3, Unit, Vector3};
+use std::ops::Range;
 
 /// One look around: what was seen, and how well.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +26,17 @@ pub struct Sweep {
     pub view: View,
     /// Quality figures.
     pub quality: Quality,
+    /// Which points came from which pan, in order.
+    pub parts: Vec<LegPart>,
+}
+
+/// The part of a view that was taken at one pan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LegPart {
+    /// The axis about which the laser was tilted, in the frame of the points; a turn about it the other way is a tilt up.
+    pub tilt_axis: Unit<Vector3<f64>>,
+    /// Its points in the view.
+    pub points: Range<usize>,
 }
 
 /// Why raw data gives no view.
@@ -161,6 +174,8 @@ struct Gathered {
     clock_uncertainty_rad: f64,
     clock_rate: f64,
     frozen: bool,
+    blind_lines: usize,
+    parts: Vec<LegPart>,
 }
 
 impl Gathered {
@@ -171,6 +186,7 @@ impl Gathered {
         let tilt =
             LegTilt::fit(raw, leg).map_err(|source| SweepError::Attitude { pan_deg, source })?;
         let mut tilts_rad = Vec::with_capacity(leg.scans.len());
+        let first_point = self.points.len();
         let period_s = scan_period_s(&leg.scans, raw.optics.period_s) * clock.rate;
         for (index, scan) in leg.scans.iter().enumerate() {
             let start_s = clock.host_s(scan.stamp_ms);
@@ -184,10 +200,15 @@ impl Gathered {
                 continue;
             }
             tilts_rad.push(middle_rad);
+            self.blind_lines += usize::from(is_blind(&scan.values, &raw.optics));
             self.project(raw, scan, |share| {
                 mount.base_from_laser(leg.pan_rad, tilt_rad(share))
             });
         }
+        self.parts.push(LegPart {
+            tilt_axis: mount.tilt_axis(leg.pan_rad),
+            points: first_point..self.points.len(),
+        });
         let (got, widest) = lines::count(
             &mut tilts_rad,
             raw.tilt_low_rad,
@@ -210,7 +231,7 @@ impl Gathered {
             .clock_uncertainty_rad
             .max(clock.uncertainty_s * speed_rad_s);
         self.gaps += gaps(&leg.scans, raw.optics.period_s, &leg.motion);
-        self.frozen |= is_frozen(&leg.scans);
+        self.frozen |= is_frozen(&leg.scans, raw.optics.dmin_mm);
         self.residual_steps = self.residual_steps.max(tilt.residual_steps());
         self.clock_uncertainty_s = self.clock_uncertainty_s.max(clock.uncertainty_s);
         self.clock_rate = clock.rate;
@@ -260,6 +281,7 @@ impl Gathered {
             clock_uncertainty_rad: self.clock_uncertainty_rad,
             clock_rate: self.clock_rate,
             frozen: self.frozen,
+            blind_lines: self.blind_lines,
         };
         let tilt_axis = match &raw.legs[..] {
             [leg] => Some(mount.tilt_axis(leg.pan_rad)),
@@ -273,7 +295,11 @@ impl Gathered {
             noise: Some(URG_NOISE),
             tilt_axis,
         };
-        Sweep { view, quality }
+        Sweep {
+            view,
+            quality,
+            parts: self.parts,
+        }
     }
 }
 
@@ -350,10 +376,11 @@ fn gaps(scans: &[RawScan], period_s: f64, motion: &Motion) -> usize {
     scans.windows(2).filter(far).count()
 }
 
-fn is_frozen(scans: &[RawScan]) -> bool {
+/// Scans without any range repeat each other where the laser is blind, which is another fault.
+fn is_frozen(scans: &[RawScan], dmin_mm: u32) -> bool {
     scans.windows(FROZEN_SCANS).any(|run| {
         let first = &run[0].values;
-        let lively = first.iter().any(|v| *v != 0);
+        let lively = first.iter().any(|v| *v >= dmin_mm);
         lively && run.iter().all(|scan| scan.values == *first)
     })
 }

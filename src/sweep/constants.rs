@@ -10,6 +10,17 @@ pub const FREE_RANGE_M: f64 = 4.0;
 /// almost none. Open places have up to 56 % codes (scip2 section 7, large room).
 pub const LEAST_HIT_SHARE: f64 = 0.05;
 
+/// Widest sector, radians, of which a line may tell nothing at all: things that swallow the light are seen by codes too, but a
+/// black cupboard 1 m wide at 2 m is 28 deg.
+pub const FEWEST_BLIND_RAD: f64 = std::f64::consts::FRAC_PI_6;
+
+/// Share of a sector's beams that must be codes of a sensor that cannot tell: with the lens covered it is all of them, in
+/// sight of things one in twenty (scip2 section 7).
+pub const BLIND_SECTOR_SHARE: f64 = 0.9;
+
+/// Lines with a blind sector from which a sweep is not judged: the height of the same cupboard is 40 lines, but it is not as wide.
+pub const MOST_BLIND_LINES: usize = 10;
+
 /// So many scans in a row with the very same ranges are frozen data: with 2 mm of noise on 1 mm steps two equal
 /// scans do not occur (scip2 section 11).
 pub const FROZEN_SCANS: usize = 3;

@@ -2,6 +2,7 @@
 
 mod assemble;
 mod attitude;
+mod blind;
 mod clock;
 mod constants;
 mod lines;
@@ -10,7 +11,7 @@ mod quality;
 mod raw;
 mod record;
 
-pub use assemble::{Sweep, SweepError, assemble, assemble_with};
+pub use assemble::{LegPart, Sweep, SweepError, assemble, assemble_with};
 pub use attitude::{Attitude, AttitudeError};
 pub use clock::{ClockError, SensorClock};
 pub use constants::{FREE_RANGE_M, URG_NOISE};

@@ -1,7 +1,7 @@
 //! How good a sweep is: the figures that the verdict reads.
 
 use super::constants::{
-    LEAST_HIT_SHARE, MOST_DISPLACEMENT_PITCHES, MOST_GAP_PITCHES, MOST_GAP_RAD,
+    LEAST_HIT_SHARE, MOST_BLIND_LINES, MOST_DISPLACEMENT_PITCHES, MOST_GAP_PITCHES, MOST_GAP_RAD,
 };
 use super::lines::LegLines;
 use serde::{Deserialize, Serialize};
@@ -39,6 +39,9 @@ pub struct Quality {
     pub clock_rate: f64,
     /// Whether scans repeat each other.
     pub frozen: bool,
+    /// Lines of which a whole sector tells nothing; none in records older than this figure.
+    #[serde(default)]
+    pub blind_lines: usize,
 }
 
 impl Quality {
@@ -56,6 +59,15 @@ impl Quality {
                     format!(
                         "blind laser: {:.1} % of the beams hit anything; is the lens covered?",
                         100.0 * self.hit_share
+                    )
+                })
+            })
+            .or_else(|| {
+                let sees = self.blind_lines < MOST_BLIND_LINES;
+                (!sees).then(|| {
+                    format!(
+                        "blind laser: {} lines tell nothing of a whole sector; is the lens covered in part?",
+                        self.blind_lines
                     )
                 })
             })
@@ -154,6 +166,7 @@ mod tests {
             clock_uncertainty_rad: 5e-5,
             clock_rate: 0.9987,
             frozen: false,
+            blind_lines: 0,
         }
     }
 
@@ -170,6 +183,7 @@ mod tests {
         told(&|q| q.frozen = true, "frozen");
         told(&|q| q.hit_share = 0.01, "blind");
         told(&|q| q.hit_share = f64::NAN, "blind");
+        told(&|q| q.blind_lines = 10, "covered in part");
         told(&|q| q.clock_uncertainty_rad = 0.009, "uncertain clock");
         told(&|q| q.position_residual_rad = 0.009, "uncertain head");
         told(&|q| q.position_residual_rad = f64::NAN, "uncertain head");

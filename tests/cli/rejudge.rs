@@ -41,6 +41,7 @@ fn quality(lines_got: usize) -> String {
         clock_uncertainty_rad: 1e-5,
         clock_rate: 1.0,
         frozen: false,
+        blind_lines: 0,
     };
     json!(quality).to_string()
 }

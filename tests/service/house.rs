@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use patrold::config::{Settings, load};
 use patrold::devices::{Cancel, Clock};
 use patrold::scan::Optics;
-use patrold::service::{Connect, Control, Fault, Notes, Plan, Robot, ServiceError, serve};
+use patrold::service::{Away, Connect, Control, Fault, Notes, Plan, Robot, ServiceError, serve};
 use patrold::store::Level;
 use patrold::sweep::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
 use patrold::world::{BeamFan, Lookaround, MountGeometry, NoiseOptions, Robot as Base, Scene};
@@ -69,11 +69,14 @@ impl Connect for Scripted {
         _settings: &Settings,
         notes: &Notes,
         _cancel: &Cancel,
-    ) -> Result<Box<dyn Robot>, String> {
+    ) -> Result<Box<dyn Robot>, Away> {
         let mut script = self.script();
         script.connections += 1;
         match script.absent {
-            Some(why) => Err(why.to_owned()),
+            Some(why) => Err(Away {
+                reason: why.to_owned(),
+                absent: true,
+            }),
             None => {
                 notes.say(Level::Info, "laser", "scripted laser answers".to_owned());
                 Ok(Box::new(Connected(self.clone())))

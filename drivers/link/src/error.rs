@@ -2,6 +2,7 @@
 
 use std::io;
 
+use crate::holder::holders;
 use crate::replay::ReplayFault;
 
 /// A fault of a transport. Every variant names the port or address it happened on.
@@ -19,11 +20,13 @@ pub enum LinkError {
     },
     /// Another process holds the port.
     #[error(
-        "{name} is in use by another program: stop it (`fuser {name}` shows which) and try again"
+        "{name} is in use by {by}: stop it, or keep it off this port (the udev rules keep ModemManager off), and try again"
     )]
     Busy {
         /// Path of the port.
         name: String,
+        /// Which program, as far as this user may know.
+        by: String,
     },
     /// The port exists, but this user may not open it.
     #[error(
@@ -84,7 +87,7 @@ impl LinkError {
                 detail: source.to_string(),
             },
             io::ErrorKind::PermissionDenied => Self::PermissionDenied { name },
-            io::ErrorKind::ResourceBusy | io::ErrorKind::WouldBlock => Self::Busy { name },
+            io::ErrorKind::ResourceBusy | io::ErrorKind::WouldBlock => Self::busy(&name),
             // A node whose driver has no device behind it any more.
             _ if source
                 .raw_os_error()
@@ -96,6 +99,20 @@ impl LinkError {
                 }
             }
             _ => Self::Io { name, source },
+        }
+    }
+
+    /// Somebody has the port; who, is looked up.
+    pub(crate) fn busy(name: &str) -> Self {
+        let holders = holders(name);
+        let by = if holders.is_empty() {
+            format!("another program (`sudo fuser {name}` shows which)")
+        } else {
+            holders.join(", ")
+        };
+        Self::Busy {
+            name: name.to_owned(),
+            by,
         }
     }
 

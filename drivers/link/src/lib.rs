@@ -4,6 +4,7 @@
 //! project that opens a device node.
 
 mod error;
+mod holder;
 mod pty;
 mod record;
 mod replay;

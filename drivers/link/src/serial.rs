@@ -46,9 +46,7 @@ impl SerialLink {
             .exclusive(true);
         let port = TTYPort::open(&builder).map_err(|e| match e.kind() {
             // The node was there a moment ago: this kind is the port's word for "somebody else has it".
-            serialport::ErrorKind::NoDevice => LinkError::Busy {
-                name: path.to_owned(),
-            },
+            serialport::ErrorKind::NoDevice => LinkError::busy(path),
             _ => LinkError::on_open(path, e.into()),
         })?;
         port.clear(ClearBuffer::All)
@@ -204,7 +202,12 @@ mod tests {
     fn a_second_opening_is_busy_and_the_first_lives_on() {
         let mut device = PseudoTerminal::open(None).expect("a pseudo-terminal");
         let mut host = open(&device).expect("the slave opens");
-        assert!(matches!(open(&device), Err(LinkError::Busy { .. })));
+        let Err(error @ LinkError::Busy { .. }) = open(&device) else {
+            panic!("taken twice");
+        };
+        let told = error.to_string();
+        let this = format!("(pid {})", std::process::id());
+        assert!(told.contains(&this), "{told}");
         host.write_all(b"x", LONG).expect("the first still writes");
         assert!(device.wait_readable(LONG).expect("wait"));
         drop(host);

@@ -1,11 +1,12 @@
 //! Laying both devices to rest at the end of the work.
 
-use super::{Station, Told};
+use super::Station;
 use crate::devices::constants::STEP_LIMIT;
 use crate::devices::error::{Device, DeviceError};
 use crate::devices::head::{HeadCommand, HeadEvent};
 use crate::devices::laser::LaserCommand;
 use crate::devices::port::PortEvent;
+use crate::devices::wires::Told;
 use ptu::Axis;
 
 impl Station {
@@ -15,35 +16,35 @@ impl Station {
     /// The head is not connected, or stalls.
     pub fn park(&mut self) -> Result<(), DeviceError> {
         self.catch_up();
-        self.laser.send(LaserCommand::Stop);
+        self.wires.laser(LaserCommand::Stop);
         if !self.known.trusted() {
-            self.head.send(HeadCommand::Halt);
-            self.head.send(HeadCommand::HoldLow);
+            self.wires.head(HeadCommand::Halt);
+            self.wires.head(HeadCommand::HoldLow);
             return Ok(());
         }
         let (pan, tilt) = {
             let identity = self.known.head()?;
             (identity.pan, identity.tilt)
         };
-        self.head.send(HeadCommand::HoldLow);
+        self.wires.head(HeadCommand::HoldLow);
         for (name, axis) in [(Axis::Pan, &pan), (Axis::Tilt, &tilt)] {
             let speed = axis
                 .base_speed
                 .clamp(axis.speed_min, axis.speed_max.max(axis.speed_min));
-            self.head.send(HeadCommand::SetSpeed(name, speed));
-            self.head.send(HeadCommand::MoveTo(name, 0));
+            self.wires.head(HeadCommand::SetSpeed(name, speed));
+            self.wires.head(HeadCommand::MoveTo(name, 0));
         }
         for axis in [Axis::Pan, Axis::Tilt] {
             self.wait_at_zero(axis)?;
         }
-        self.head.send(HeadCommand::Watch(None));
+        self.wires.head(HeadCommand::Watch(None));
         Ok(())
     }
 
     fn wait_at_zero(&mut self, wanted: Axis) -> Result<(), DeviceError> {
-        self.head.send(HeadCommand::Watch(Some(wanted)));
-        let until = self.clock.now() + STEP_LIMIT;
-        while self.clock.now() < until {
+        self.wires.head(HeadCommand::Watch(Some(wanted)));
+        let until = self.wires.now() + STEP_LIMIT;
+        while self.wires.now() < until {
             match self.next(until) {
                 Some(Told::Head(PortEvent::Lost { error, .. })) => return Err(error),
                 Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Position {
@@ -58,8 +59,8 @@ impl Station {
                 _ => {}
             }
         }
-        self.head.send(HeadCommand::Watch(None));
-        self.head.send(HeadCommand::Halt);
+        self.wires.head(HeadCommand::Watch(None));
+        self.wires.head(HeadCommand::Halt);
         Err(DeviceError::Overdue {
             device: Device::Head,
             port: self.head_port.name.clone(),

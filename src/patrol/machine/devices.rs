@@ -1,6 +1,6 @@
 //! What the machine does about the devices: open, greet, lose and try again.
 
-use super::{Devices, FIRST_RETRY, LONGEST_RETRY, Machine, Step};
+use super::{ABSENT_RETRY, Devices, FIRST_RETRY, LONGEST_RETRY, Machine, Step};
 use crate::patrol::action::{Action, Weight};
 use crate::patrol::event::{Change, Request};
 use std::time::Duration;
@@ -33,6 +33,7 @@ impl Machine {
         }
         self.devices = Devices::Ready;
         self.pause = FIRST_RETRY;
+        self.absent = None;
         out.push(Action::Note(Weight::Info, "devices ready".to_owned()));
         if let Some(request) = self.take_waiting() {
             self.sweep(request, out);
@@ -51,6 +52,21 @@ impl Machine {
         self.pause = (2 * self.pause).min(LONGEST_RETRY);
         self.devices = Devices::Lost { reason, retry_at };
         // It had its attempt.
+        if let Some(request) = self.take_waiting() {
+            self.no_devices(request, out);
+        }
+    }
+
+    pub(super) fn devices_absent(&mut self, now: Duration, reason: String, out: &mut Vec<Action>) {
+        if self.stopping {
+            return;
+        }
+        if self.absent.as_ref() != Some(&reason) {
+            out.push(Action::Note(Weight::Error, reason.clone()));
+            self.absent = Some(reason.clone());
+        }
+        let retry_at = now + ABSENT_RETRY;
+        self.devices = Devices::Lost { reason, retry_at };
         if let Some(request) = self.take_waiting() {
             self.no_devices(request, out);
         }

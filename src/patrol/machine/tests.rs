@@ -5,6 +5,8 @@ use crate::patrol::action::{Action, Weight};
 use crate::patrol::event::{Change, Event, Refusal, Request, Task};
 use std::time::Duration;
 
+mod again;
+
 fn request(id: u64, task: Task) -> Request {
     let waypoint = if task == Task::Sweep { "" } else { "hall" };
     Request {

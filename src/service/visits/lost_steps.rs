@@ -1,0 +1,52 @@
+//! Steps lost silently are seen from the scene: told, homed, swept again, and the second sweep gives the verdict.
+
+use super::patrol::{Patrol, taught, world};
+use crate::devices::EmulationOptions;
+use crate::novelty::Verdict;
+
+fn patrol(seed: u64) -> Patrol {
+    let mut patrol = Patrol::that_knows(&taught(), EmulationOptions::seeded(seed));
+    patrol.until_ready(true).expect("ready");
+    patrol
+}
+
+#[test]
+fn without_loss_one_sweep_is_enough() {
+    for (scene, verdict) in [
+        ("storeroom.toml", Verdict::Quiet),
+        ("storeroom-box-left.toml", Verdict::Changed),
+        ("storeroom-taken.toml", Verdict::Changed),
+    ] {
+        for seed in 10..20 {
+            let mut patrol = patrol(seed);
+            patrol.devices.with(|e| e.set_world(world(scene)));
+            let seen = patrol.visit();
+            assert_eq!(
+                (seen.verdict, patrol.sweeps),
+                (verdict, 1),
+                "{scene} {seed}: {:?}",
+                patrol.log
+            );
+        }
+    }
+}
+
+#[test]
+fn half_a_degree_of_pan_or_tilt_is_found_whenever_it_is_lost() {
+    // 10 counts of 0.0514 deg and more, before the sweep and in it; the head tilts from 4 to 16 s.
+    for axis in ["tilt", "pan"] {
+        for steps in [10, -10, 20, -30, 60, -150] {
+            for at_s in [0.0, 5.0, 7.0, 9.0, 11.0, 13.0] {
+                let mut patrol = patrol(20);
+                patrol.inject(&format!(
+                    "ptu.lost-steps:at={at_s},axis={axis},steps={steps}"
+                ));
+                let seen = patrol.visit();
+                let told = patrol.log.iter().find(|text| text.contains("swept again"));
+                let what = format!("{axis} {steps} at {at_s}: {seen:?} {:?}", patrol.log);
+                assert_eq!((seen.verdict, patrol.sweeps), (Verdict::Quiet, 2), "{what}");
+                assert!(told.is_some(), "{what}");
+            }
+        }
+    }
+}
