@@ -31,6 +31,7 @@ pub(super) fn read(layers: &Layers) -> Settings {
             tilt_sign: get.whole("ptu.tilt_sign") as f64,
             pan_zero_rad: get.radians("ptu.pan_zero_deg"),
             tilt_zero_rad: get.radians("ptu.tilt_zero_deg"),
+            tilt_backlash_rad: get.radians("ptu.tilt_backlash_deg"),
             home_at_start: get.flag("ptu.home_at_start"),
         },
         mount: MountSettings {
@@ -49,6 +50,7 @@ pub(super) fn read(layers: &Layers) -> Settings {
             tilt_to_rad: get.radians("sweep.tilt_to_deg"),
             speed_rad_s: get.radians("sweep.speed_deg_s"),
             step_rad: get.radians("sweep.step_deg"),
+            time_offset_s: 1e-3 * get.float("sweep.time_offset_ms"),
             pans_rad: to_radians(&get.list("sweep.pans_deg")),
             max_missing_lines: get.float("sweep.max_missing_lines"),
         },

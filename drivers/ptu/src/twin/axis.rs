@@ -35,6 +35,10 @@ pub(super) struct Axis {
     blocked: bool,
     /// Factor on all speeds.
     pace: f64,
+    /// Play between rotor and head, half steps.
+    backlash: f64,
+    /// Direction of travel in the last segment that is no longer remembered: 1, -1, or 0 where it never moved.
+    heading: f64,
 }
 
 impl Axis {
@@ -52,7 +56,15 @@ impl Axis {
             stalled: false,
             blocked: false,
             pace: 1.0,
+            backlash: 0.0,
+            heading: 0.0,
         }
+    }
+
+    /// With play between rotor and head, half steps.
+    pub(super) fn with_backlash(mut self, half_steps: f64) -> Self {
+        self.backlash = half_steps;
+        self
     }
 
     /// The count that the unit reports.
@@ -180,7 +192,7 @@ impl Axis {
             self.remember(done);
         }
         while self.past.front().is_some_and(|s| s.end + HISTORY < now) {
-            self.past.pop_front();
+            self.forget_oldest();
         }
         contacts
     }
@@ -194,7 +206,38 @@ impl Axis {
             }
             segment = past;
         }
-        segment.true_half_steps(at.max(segment.start), self.whole)
+        let play = if self.backlash > 0.0 {
+            self.play_at(at)
+        } else {
+            0.0
+        };
+        segment.true_half_steps(at.max(segment.start), self.whole) + play
+    }
+
+    /// How far the head is ahead of the rotor, half steps: half the backlash behind in the direction of travel, on the way
+    /// there while a reversed rotor crosses the play.
+    fn play_at(&self, at: Instant) -> f64 {
+        let (mut way, mut travelled, mut reversed) = (0.0, 0.0, false);
+        let segments = std::iter::once(&self.current).chain(self.past.iter().rev());
+        for segment in segments.filter(|s| s.start <= at) {
+            let moved = segment.count_at(at) - segment.p0;
+            if moved.abs() < 1e-9 {
+                continue;
+            }
+            if way != 0.0 && moved.signum() != way {
+                reversed = true;
+                break;
+            }
+            way = moved.signum();
+            travelled += moved.abs() / self.counts_per_half_step;
+        }
+        if way == 0.0 {
+            way = self.heading;
+        }
+        if !reversed && (self.heading == way || self.heading == 0.0) {
+            travelled = self.backlash;
+        }
+        way * (self.backlash / 2.0 - travelled.min(self.backlash))
     }
 
     /// Remembered segments, for the bound on memory.
@@ -220,8 +263,15 @@ impl Axis {
         if segment.end > segment.start {
             self.past.push_back(segment);
             if self.past.len() > HISTORY_SEGMENTS {
-                self.past.pop_front();
+                self.forget_oldest();
             }
+        }
+    }
+
+    fn forget_oldest(&mut self) {
+        let moved = self.past.pop_front().map_or(0.0, |s| s.p1 - s.p0);
+        if moved.abs() > 1e-9 {
+            self.heading = moved.signum();
         }
     }
 
