@@ -95,6 +95,8 @@ impl Bench {
         let mut homed = false;
         while !homed {
             for told in bench.go_on() {
+                let fault = matches!(&told, Told::Head(HeadEvent::Unit(ptu::Event::Fault(_))));
+                assert!(!fault, "homing: {told:?}");
                 if let Told::Head(HeadEvent::Unit(ptu::Event::HomeDone { pan, tilt })) = told {
                     let identity = bench.identity.as_mut().expect("connected");
                     (identity.pan.limits, identity.tilt.limits) = (pan, tilt);

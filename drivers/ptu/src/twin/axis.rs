@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::Instant;
 use super::constants::{HISTORY, HISTORY_SEGMENTS};
 use super::profile::{Leg, Ramp, brake_distance, plan};
-use super::segment::{Rotor, Segment, rest, settled};
+use super::segment::{Rotor, Segment, play, rest, settled};
 
 /// Where an axis is told to go.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -206,38 +206,9 @@ impl Axis {
             }
             segment = past;
         }
-        let play = if self.backlash > 0.0 {
-            self.play_at(at)
-        } else {
-            0.0
-        };
-        segment.true_half_steps(at.max(segment.start), self.whole) + play
-    }
-
-    /// How far the head is ahead of the rotor, half steps: half the backlash behind in the direction of travel, on the way
-    /// there while a reversed rotor crosses the play.
-    fn play_at(&self, at: Instant) -> f64 {
-        let (mut way, mut travelled, mut reversed) = (0.0, 0.0, false);
         let segments = std::iter::once(&self.current).chain(self.past.iter().rev());
-        for segment in segments.filter(|s| s.start <= at) {
-            let moved = segment.count_at(at) - segment.p0;
-            if moved.abs() < 1e-9 {
-                continue;
-            }
-            if way != 0.0 && moved.signum() != way {
-                reversed = true;
-                break;
-            }
-            way = moved.signum();
-            travelled += moved.abs() / self.counts_per_half_step;
-        }
-        if way == 0.0 {
-            way = self.heading;
-        }
-        if !reversed && (self.heading == way || self.heading == 0.0) {
-            travelled = self.backlash;
-        }
-        way * (self.backlash / 2.0 - travelled.min(self.backlash))
+        let ahead = play(segments, at, self.backlash, self.heading);
+        segment.true_half_steps(at.max(segment.start), self.whole) + ahead
     }
 
     /// Remembered segments, for the bound on memory.
