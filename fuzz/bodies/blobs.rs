@@ -63,6 +63,8 @@ fn raw_sweep() -> RawSweep {
         tilt_low_rad: -0.6,
         tilt_high_rad: 0.4,
         line_pitch_rad: 0.0087,
+        time_offset_s: 0.0,
+        tilt_backlash_rad: 0.0,
         legs: vec![
             leg(Motion::Tilting {
                 speed_steps_s: 97.0,

@@ -2,8 +2,8 @@
 
 use super::failure::Outcome;
 use super::{
-    alarms, compare, config, demo, devices, distance, emulate, evaluate, fit, rejudge, reproduce,
-    run as service, shapes, sweep, teach, visit, waypoints,
+    alarms, calibrate, compare, config, demo, devices, distance, emulate, evaluate, fit, rejudge,
+    reproduce, run as service, shapes, sweep, teach, visit, waypoints,
 };
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -34,6 +34,8 @@ enum Command {
     Devices(devices::DevicesArgs),
     /// One sweep of the place around the robot, as a cloud
     Sweep(sweep::SweepArgs),
+    /// Mount, clock offset and backlash from sweeps of the room around the robot
+    Calibrate(calibrate::CalibrateArgs),
     /// The mixture of one recorded cloud
     Fit(fit::FitArgs),
     /// Earth Mover's Distance between two mixtures
@@ -65,6 +67,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Emulate(args) => emulate::run(args),
         Command::Devices(args) => devices::run(args),
         Command::Sweep(args) => sweep::run(args),
+        Command::Calibrate(args) => calibrate::run(args),
         Command::Fit(args) => fit::run(args),
         Command::Distance(args) => distance::run(args),
         Command::Shapes(args) => shapes::run(args),

@@ -8,6 +8,7 @@ use crate::devices::{Clock, EmulatedFault, Emulation, EmulationOptions, Emulator
 use crate::geometry::RollPitchYaw;
 use crate::world::{MountGeometry, Stand};
 use clap::Args;
+use nalgebra::Point3;
 use scip::twin::Profile;
 use serde::Deserialize;
 use serde_json::json;
@@ -44,6 +45,12 @@ pub struct EmulateArgs {
     /// An option of the emulated pan-tilt: model=d46-70, velocity=on, baud=19200, line-end=cr, pan=-500 ...
     #[arg(long = "ptu-option", value_name = "KEY=VALUE")]
     ptu_options: Vec<String>,
+    /// How the laser truly sits on the plate: roll,pitch,yaw in degrees
+    #[arg(long, value_name = "R,P,Y", value_parser = super::clouds::parse_point, allow_hyphen_values = true)]
+    mount_rpy_deg: Option<Point3<f64>>,
+    /// Where the laser truly is on the plate: x,y,z in metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = super::clouds::parse_point, allow_hyphen_values = true)]
+    mount_xyz_m: Option<Point3<f64>>,
     /// Seconds of the devices per second of the wall
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = scale)]
     time_scale: f64,
@@ -115,6 +122,16 @@ fn start(args: &EmulateArgs) -> Result<Emulator, Failure> {
         taken.map_err(|error| Failure::Usage(format!("--ptu-option: {error}")))?;
     }
     options.mount = default_mount();
+    if let Some(rpy) = args.mount_rpy_deg {
+        options.mount.laser_rpy = RollPitchYaw {
+            roll_rad: rpy.x.to_radians(),
+            pitch_rad: rpy.y.to_radians(),
+            yaw_rad: rpy.z.to_radians(),
+        };
+    }
+    if let Some(xyz) = args.mount_xyz_m {
+        options.mount.laser_xyz_m = xyz.into();
+    }
     let mut emulation = Emulation::new(options, scene.world, scene.map_from_base, clock.now());
     for fault in faults {
         emulation.inject(fault);

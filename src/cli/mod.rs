@@ -4,6 +4,8 @@
 mod alarm_report;
 mod alarms;
 mod args;
+mod calibrate;
+mod calibration_report;
 mod client;
 mod clouds;
 mod compare;

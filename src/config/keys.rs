@@ -111,6 +111,13 @@ pub const KEYS: &[Key] = &[
         "Tilt of the head at count 0, from calibration.",
     ),
     key(
+        "ptu.tilt_backlash_deg",
+        Float(-5.0, 5.0),
+        "0.0",
+        "deg",
+        "Angle by which the tilt of a travel up and of one down differ at the same count; patrold calibrate finds it.",
+    ),
+    key(
         "ptu.home_at_start",
         Flag,
         "true",
@@ -200,6 +207,13 @@ pub const KEYS: &[Key] = &[
         "1.0",
         "deg",
         "Pitch of the lines in step mode.",
+    ),
+    key(
+        "sweep.time_offset_ms",
+        Float(-100.0, 100.0),
+        "0.0",
+        "ms",
+        "Added to the laser's instants before the head's tilt at them is taken; patrold calibrate finds it.",
     ),
     key(
         "sweep.pans_deg",

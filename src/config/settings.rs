@@ -70,6 +70,8 @@ pub struct PtuSettings {
     pub pan_zero_rad: f64,
     /// Tilt at count 0, radians.
     pub tilt_zero_rad: f64,
+    /// Difference of the tilt between a travel up and one down, radians.
+    pub tilt_backlash_rad: f64,
     /// Home when connecting.
     pub home_at_start: bool,
     /// Turn about the pan axis from which lost steps are suspected, radians.
@@ -115,6 +117,8 @@ pub struct SweepSettings {
     pub speed_rad_s: f64,
     /// Pitch of the lines in step mode, radians.
     pub step_rad: f64,
+    /// Added to the laser's instants, seconds.
+    pub time_offset_s: f64,
     /// Pans of one visit, radians.
     pub pans_rad: Vec<f64>,
     /// Share of missing lines above which a sweep is refused.

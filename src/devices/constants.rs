@@ -119,3 +119,14 @@ pub const EMULATION_PIECE: Duration = Duration::from_millis(500);
 
 /// Wall time after which an emulated port looks around even if nothing is due.
 pub const EMULATOR_LOOK: Duration = Duration::from_millis(20);
+
+/// Slow speed of a calibration, radians per second: 5 deg/s, the usual sweep; there the backlash outweighs the time offset.
+pub const CALIBRATION_SLOW_RAD_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// Fast speed of a calibration, radians per second, and how many sweeps up and down have it: at 25 deg/s a millisecond is
+/// 0.025 deg, and each leg's clock is off by 0.3 ms of its own, which the mean of twelve legs is not.
+pub const CALIBRATION_FAST: (f64, usize) = (25.0 * std::f64::consts::PI / 180.0, 2);
+
+/// Pan to either side of the middle in a calibration, radians: 50 deg, within every head's range, and the tilt axis is
+/// turned by 100 deg between the two.
+pub const CALIBRATION_PAN_RAD: f64 = 50.0 * std::f64::consts::PI / 180.0;

@@ -53,6 +53,9 @@ pub struct Emulation {
     head_plug: Plug,
     around: Lookaround,
     now: Duration,
+    /// Every turn of the mirror that was looked at: its beginning, and the tilt in truth as it looked ahead, radians.
+    #[cfg(test)]
+    pub turns: Vec<(Duration, f64)>,
 }
 
 impl Emulation {
@@ -89,6 +92,8 @@ impl Emulation {
                 noise,
             },
             now,
+            #[cfg(test)]
+            turns: Vec::new(),
         }
     }
 
@@ -117,6 +122,8 @@ impl Emulation {
             let mut view = View {
                 around: &mut self.around,
                 head: &self.head,
+                #[cfg(test)]
+                turns: &mut self.turns,
             };
             self.laser.advance(self.now, &mut view);
             self.move_plugs();
@@ -243,11 +250,19 @@ fn attitude_at(head: &ptu::twin::Twin, at: Duration) -> (f64, f64) {
 struct View<'a> {
     around: &'a mut Lookaround,
     head: &'a ptu::twin::Twin,
+    #[cfg(test)]
+    turns: &'a mut Vec<(Duration, f64)>,
 }
 
 impl Surroundings for View<'_> {
     fn revolve(&mut self, start: Duration, period: Duration, out: &mut [u32]) {
         let head = self.head;
+        #[cfg(test)]
+        {
+            let fan = self.around.fan;
+            let ahead = start + period * fan.front_step / fan.steps_per_turn.max(1);
+            self.turns.push((start, attitude_at(head, ahead).1));
+        }
         self.around
             .revolve(start, period, &|at| attitude_at(head, at), out);
     }

@@ -8,10 +8,12 @@
 //! | `port_name`, `port` | a configured port | a thread that keeps it open and serves its driver |
 //! | `wires` | commands | both ports as one, on their threads |
 //! | `plan` | settings, identities | one sweep in whole counts |
+//! | `calibration_plan` | one request | those of a calibration |
 //! | `sweep_run`, `sweep_data` | events of both devices | commands to both, in the end a raw sweep or the reason why not |
 //! | `station`, `known`, `head_memory`, `report` | settings | both devices as one object with blocking calls; what is known of them |
 //! | `emulation`, `emulated_fault`, `emulated_plug`, `emulator`, `emulator_end` | a scene | the devices' other ends, pure and on pseudo-terminals |
 
+mod calibration_plan;
 mod cancel;
 mod clock;
 mod constants;
@@ -39,6 +41,7 @@ pub(crate) mod lockstep;
 #[cfg(test)]
 mod on_terminals;
 
+pub use calibration_plan::calibration_requests;
 pub use cancel::Cancel;
 pub use clock::Clock;
 pub use emulated_fault::{EmulatedFault, EmulatedFaultError};

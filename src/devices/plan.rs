@@ -1,15 +1,15 @@
 //! From settings and what the devices said of themselves to whole counts: the plan of one sweep.
 
-use super::constants::{
-    APPROACH_RAD_S, LEAST_RANGE_RAD, LIMIT_MARGIN_STEPS, LINE_SHARE, MARGIN_LINES,
-};
+mod stream;
+
+use self::stream::stream_plan;
+use super::constants::{APPROACH_RAD_S, LEAST_RANGE_RAD, LIMIT_MARGIN_STEPS, MARGIN_LINES};
 use super::error::DeviceError;
 use crate::config::{MountSettings, PtuSettings, SweepMode, SweepSettings};
 use crate::geometry::Mount;
 use crate::scan::Optics;
 use ptu::{AxisIdentity, AxisScale, HeadIdentity, Sign};
-use scip::command::span::Span;
-use scip::{Coding, Parameters, StreamPlan};
+use scip::{Parameters, StreamPlan};
 use std::time::Duration;
 
 /// What a sweep shall look at.
@@ -25,6 +25,8 @@ pub struct SweepRequest {
     pub speed_rad_s: f64,
     /// Pitch of the lines of step-and-stare, radians.
     pub step_rad: f64,
+    /// Added to the laser's instants, seconds; stored with the sweep.
+    pub time_offset_s: f64,
     /// Pans, radians, in this order.
     pub pans_rad: Vec<f64>,
     /// Where the laser sits; stored with the sweep.
@@ -40,6 +42,7 @@ impl SweepRequest {
             tilt_to_rad: settings.tilt_to_rad,
             speed_rad_s: settings.speed_rad_s,
             step_rad: settings.step_rad,
+            time_offset_s: settings.time_offset_s,
             pans_rad: pans_rad.to_vec(),
             mount: mount.chain(),
         }
@@ -123,6 +126,10 @@ pub struct SweepPlan {
     pub tilt_range_rad: (f64, f64),
     /// Pitch of the lines, radians.
     pub line_pitch_rad: f64,
+    /// Added to the laser's instants, seconds.
+    pub time_offset_s: f64,
+    /// Difference of the tilt between a travel up and one down, radians.
+    pub tilt_backlash_rad: f64,
     /// What had to be changed for the devices' sake, one sentence each.
     pub notes: Vec<String>,
 }
@@ -187,6 +194,8 @@ impl SweepPlan {
             tilt_zero_rad: head.settings.tilt_zero_rad,
             tilt_range_rad: swing.range_rad,
             line_pitch_rad: swing.pitch_rad,
+            time_offset_s: request.time_offset_s,
+            tilt_backlash_rad: head.settings.tilt_backlash_rad,
             notes,
         })
     }
@@ -357,43 +366,4 @@ fn pan_steps(
             })
         }
     }
-}
-
-/// All beams in three characters. A line too slow for that gets two steps a value, and then fewer scans: regular lines
-/// are worth more than dense ones (sweep-geometry section 3).
-fn stream_plan(laser: LaserFacts, notes: &mut Vec<String>) -> (StreamPlan, Duration) {
-    let parameters = laser.parameters;
-    let step = |n: u32| u16::try_from(n).unwrap_or(u16::MAX);
-    let mut plan = StreamPlan {
-        first_step: step(parameters.amin),
-        last_step: step(parameters.amax),
-        cluster: 1,
-        interval: 0,
-        coding: Coding::ThreeCharacter,
-        count: 0,
-    };
-    let period = parameters.scan_period();
-    if let Some(rate) = laser.line_bytes_s {
-        let seconds = |cluster: u8| {
-            let span = Span {
-                first_step: plan.first_step,
-                last_step: plan.last_step,
-                cluster,
-                coding: plan.coding,
-            };
-            // The echo of `MD` with its count has 15 characters.
-            span.reply_bytes(15) as f64 / f64::from(rate.max(1))
-        };
-        let budget = LINE_SHARE * period.as_secs_f64();
-        if seconds(1) > budget {
-            plan.cluster = 2;
-            let periods = (seconds(2) / budget).ceil().clamp(1.0, 10.0);
-            plan.interval = periods as u8 - 1;
-            notes.push(format!(
-                "the laser's line carries {rate} bytes/s: two steps a value, every {}th scan",
-                plan.interval + 1
-            ));
-        }
-    }
-    (plan, period * (u32::from(plan.interval) + 1))
 }

@@ -4,12 +4,13 @@
 //! exact all the same; what lies before them is known to within the distance of the laser from that mean, which is
 //! bounded. A laser mounted far ahead of the pan axis must do with fewer pans.
 
-use super::attitude::{Attitude, AttitudeError, Wanted};
+use super::attitude::AttitudeError;
 use super::blind::is_blind;
 use super::clock::{ClockError, SensorClock};
 use super::constants::{
     FREE_RANGE_M, FROZEN_SCANS, GAP_PERIODS, MOST_LINES, MOST_OFF_ORIGIN_M, URG_NOISE,
 };
+use super::leg_tilt::LegTilt;
 use super::lines::{self, Gap, LegLines};
 use super::origin;
 use super::quality::Quality;
@@ -147,10 +148,10 @@ fn check(raw: &RawSweep, mount: &Mount) -> Result<(), SweepError> {
     let mut places = mount
         .numbers()
         .into_iter()
-        .chain([raw.tilt_zero_rad])
+        .chain([raw.tilt_zero_rad, raw.time_offset_s, raw.tilt_backlash_rad])
         .chain(pans);
     if let Some(got) = places.find(|x| !x.is_finite()) {
-        return figure("an offset, a turn or a pan", got, "a number");
+        return figure("an offset, a turn, a pan or a backlash", got, "a number");
     }
     Ok(())
 }
@@ -187,13 +188,10 @@ impl Gathered {
             LegTilt::fit(raw, leg).map_err(|source| SweepError::Attitude { pan_deg, source })?;
         let mut tilts_rad = Vec::with_capacity(leg.scans.len());
         let first_point = self.points.len();
-        let period_s = scan_period_s(&leg.scans, raw.optics.period_s) * clock.rate;
+        let period_s = leg.scan_period_s(raw.optics.period_s) * clock.rate;
         for (index, scan) in leg.scans.iter().enumerate() {
             let start_s = clock.host_s(scan.stamp_ms);
-            let tilt_rad = |share: f64| {
-                raw.tilt_zero_rad
-                    + raw.tilt_rad_per_step * tilt.steps(index, start_s + share * period_s)
-            };
+            let tilt_rad = |share: f64| tilt.tilt_rad(index, start_s + share * period_s);
             let middle_rad = tilt_rad(0.5);
             let seen_moving = tilt.covers(start_s) && tilt.covers(start_s + period_s);
             if !(raw.tilt_low_rad..=raw.tilt_high_rad).contains(&middle_rad) || !seen_moving {
@@ -223,13 +221,9 @@ impl Gathered {
         });
         self.widest.lines = self.widest.lines.max(widest.lines);
         self.widest.angle_rad = self.widest.angle_rad.max(widest.angle_rad);
-        let speed_rad_s = match &leg.motion {
-            Motion::Tilting { speed_steps_s } => (speed_steps_s * raw.tilt_rad_per_step).abs(),
-            Motion::Standing { .. } => 0.0,
-        };
         self.clock_uncertainty_rad = self
             .clock_uncertainty_rad
-            .max(clock.uncertainty_s * speed_rad_s);
+            .max(clock.uncertainty_s * tilt.speed_rad_s().abs());
         self.gaps += gaps(&leg.scans, raw.optics.period_s, &leg.motion);
         self.frozen |= is_frozen(&leg.scans, raw.optics.dmin_mm);
         self.residual_steps = self.residual_steps.max(tilt.residual_steps());
@@ -300,68 +294,6 @@ impl Gathered {
             quality,
             parts: self.parts,
         }
-    }
-}
-
-enum LegTilt<'a> {
-    /// The motion, and the seconds before and after its polls for which it holds.
-    Tilting(Attitude, f64),
-    Standing(&'a [i32]),
-}
-
-impl<'a> LegTilt<'a> {
-    fn fit(raw: &RawSweep, leg: &'a Leg) -> Result<Self, AttitudeError> {
-        match &leg.motion {
-            Motion::Tilting { speed_steps_s } => {
-                let wanted = Wanted {
-                    zero_rad: raw.tilt_zero_rad,
-                    rad_per_step: raw.tilt_rad_per_step,
-                    low_rad: raw.tilt_low_rad,
-                    high_rad: raw.tilt_high_rad,
-                    pitch_rad: raw.line_pitch_rad,
-                };
-                let attitude = Attitude::fit(&leg.polls, *speed_steps_s)?;
-                wanted.check(&leg.polls)?;
-                Ok(Self::Tilting(attitude, wanted.allowed_s(&attitude)))
-            }
-            Motion::Standing { tilt_steps } => Ok(Self::Standing(tilt_steps)),
-        }
-    }
-
-    fn steps(&self, scan: usize, host_s: f64) -> f64 {
-        match self {
-            Self::Tilting(attitude, _) => attitude.tilt_steps(host_s),
-            Self::Standing(steps) => steps.get(scan).map_or(f64::NAN, |s| f64::from(*s)),
-        }
-    }
-
-    /// Whether the head was seen moving, or standing, at a host time.
-    fn covers(&self, host_s: f64) -> bool {
-        match self {
-            Self::Tilting(attitude, margin_s) => attitude.covers(host_s, *margin_s),
-            Self::Standing(_) => true,
-        }
-    }
-
-    fn residual_steps(&self) -> f64 {
-        match self {
-            Self::Tilting(attitude, _) => attitude.residual_steps,
-            Self::Standing(_) => 0.0,
-        }
-    }
-}
-
-/// Time of one turn on the sensor's clock: the mean over the longest run, for single stamps are rounded to 1 ms.
-fn scan_period_s(scans: &[RawScan], nominal_s: f64) -> f64 {
-    let (Some(first), Some(last)) = (scans.first(), scans.last()) else {
-        return nominal_s;
-    };
-    let span_s = last.stamp_ms.saturating_sub(first.stamp_ms) as f64 * 1e-3;
-    let turns = (span_s / nominal_s).round();
-    if turns >= 1.0 {
-        span_s / turns
-    } else {
-        nominal_s
     }
 }
 

@@ -143,6 +143,11 @@ impl Attitude {
         Ok(fitted)
     }
 
+    /// Signed speed, counts per second.
+    pub fn speed_steps_s(&self) -> f64 {
+        self.speed_steps_s
+    }
+
     /// Tilt in counts at a host time.
     pub fn tilt_steps(&self, host_s: f64) -> f64 {
         self.at_zero_steps + self.speed_steps_s * host_s

@@ -3,8 +3,10 @@
 mod assemble;
 mod attitude;
 mod blind;
+mod calibration;
 mod clock;
 mod constants;
+mod leg_tilt;
 mod lines;
 mod origin;
 mod quality;
@@ -13,6 +15,9 @@ mod record;
 
 pub use assemble::{LegPart, Sweep, SweepError, assemble, assemble_with};
 pub use attitude::{Attitude, AttitudeError};
+#[cfg(test)]
+pub use calibration::bare_beams;
+pub use calibration::{Calibration, CalibrationError, Estimate, Parameter, Present, calibrate};
 pub use clock::{ClockError, SensorClock};
 pub use constants::{FREE_RANGE_M, URG_NOISE};
 pub use lines::LegLines;

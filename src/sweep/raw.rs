@@ -81,6 +81,11 @@ pub struct RawSweep {
     pub tilt_low_rad: f64,
     /// Highest tilt that belongs to the sweep, radians.
     pub tilt_high_rad: f64,
+    /// Added to every instant of the laser before the head's tilt is asked for, seconds (tau of sweep-geometry section 5).
+    pub time_offset_s: f64,
+    /// Angle by which the tilt of a travel up and of one down differ at the same count, radians: half of it is what the
+    /// laser lags behind the count in its direction of travel (b of sweep-geometry section 5).
+    pub tilt_backlash_rad: f64,
     /// Pitch of the lines that was asked for, radians.
     pub line_pitch_rad: f64,
     /// One leg per pan.

@@ -4,7 +4,9 @@ use super::raw::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
 use crate::geometry::Mount;
 use crate::scan::Optics;
 
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
+/// Without time offset and backlash, which were none.
+const UNCALIBRATED: u8 = 1;
 
 /// Why stored bytes are no raw sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -37,6 +39,8 @@ pub fn encode(raw: &RawSweep) -> Vec<u8> {
         raw.tilt_low_rad,
         raw.tilt_high_rad,
         raw.line_pitch_rad,
+        raw.time_offset_s,
+        raw.tilt_backlash_rad,
     ] {
         out.number(number);
     }
@@ -56,12 +60,14 @@ pub fn encode(raw: &RawSweep) -> Vec<u8> {
 /// What was expected, and where.
 pub fn decode(bytes: &[u8]) -> Result<RawSweep, RecordError> {
     let mut input = Reader { bytes, at: 0 };
-    if input.take::<1>("version 1")? != [VERSION] {
+    let [version] = input.take("version 1 or 2")?;
+    if ![UNCALIBRATED, VERSION].contains(&version) {
         return Err(RecordError {
-            expected: "version 1",
+            expected: "version 1 or 2",
             at: 0,
         });
     }
+    let calibrated = version == VERSION;
     let mut word = || input.word("optics");
     let (steps_per_turn, front_step, first_step) = (word()?, word()?, word()?);
     let (cluster, dmin_mm, dmax_mm) = (word()?, word()?, word()?);
@@ -81,6 +87,8 @@ pub fn decode(bytes: &[u8]) -> Result<RawSweep, RecordError> {
         tilt_low_rad: input.number("lowest tilt")?,
         tilt_high_rad: input.number("highest tilt")?,
         line_pitch_rad: input.number("line pitch")?,
+        time_offset_s: input.number_if(calibrated, "time offset")?,
+        tilt_backlash_rad: input.number_if(calibrated, "backlash")?,
         mount: input.mount()?,
         legs: input.list("legs", Reader::leg)?,
     };
@@ -180,6 +188,15 @@ impl Reader<'_> {
         Ok(f64::from_le_bytes(self.take(expected)?))
     }
 
+    /// A number of later versions, 0 in earlier ones.
+    fn number_if(&mut self, there: bool, expected: &'static str) -> Result<f64, RecordError> {
+        if there {
+            self.number(expected)
+        } else {
+            Ok(0.0)
+        }
+    }
+
     /// A count and so many items. A count that the bytes cannot hold fails at its first missing item.
     fn list<T>(
         &mut self,
@@ -254,7 +271,7 @@ mod tests {
     use crate::scan::Optics;
     use crate::sweep::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
 
-    const LEGS_AT: usize = 1 + 6 * 4 + 6 * 8 + 15 * 8;
+    const LEGS_AT: usize = 1 + 6 * 4 + 8 * 8 + 15 * 8;
 
     fn raw() -> RawSweep {
         let leg = |motion| Leg {
@@ -302,6 +319,8 @@ mod tests {
             tilt_low_rad: -0.6,
             tilt_high_rad: 0.4,
             line_pitch_rad: 0.0087,
+            time_offset_s: 0.002,
+            tilt_backlash_rad: -0.0003,
             legs: vec![
                 leg(Motion::Tilting {
                     speed_steps_s: 97.0,
@@ -320,6 +339,20 @@ mod tests {
         for cut in 0..bytes.len() {
             assert!(decode(&bytes[..cut]).is_err(), "cut at {cut}");
         }
+    }
+
+    #[test]
+    fn a_record_from_before_the_calibration_has_none() {
+        let mut bytes = encode(&raw());
+        let calibration_at = 1 + 6 * 4 + 6 * 8;
+        bytes.drain(calibration_at..calibration_at + 16);
+        bytes[0] = 1;
+        let expected = RawSweep {
+            time_offset_s: 0.0,
+            tilt_backlash_rad: 0.0,
+            ..raw()
+        };
+        assert_eq!(decode(&bytes), Ok(expected));
     }
 
     #[test]

@@ -227,6 +227,8 @@ fn swept(scene: &str, turn: u64) -> RawSweep {
         tilt_low_rad: FROM_RAD,
         tilt_high_rad: TO_RAD,
         line_pitch_rad: LINE_RAD,
+        time_offset_s: 0.0,
+        tilt_backlash_rad: 0.0,
         legs: vec![leg],
     }
 }

@@ -44,7 +44,10 @@ fn port(device: Device) -> PortName {
 
 impl Bench {
     pub fn new(options: EmulationOptions) -> Self {
-        let scene = Scene::parse(ROOM).expect("a scene");
+        Self::within(options, &Scene::parse(ROOM).expect("a scene"))
+    }
+
+    fn within(options: EmulationOptions, scene: &Scene) -> Self {
         let world = Arc::new(scene.build(None).expect("no cloud in it"));
         Self {
             emulation: Emulation::new(options, world, scene.map_from_base, Duration::ZERO),
@@ -56,9 +59,22 @@ impl Bench {
         }
     }
 
-    /// Connected and homed.
+    /// Connected and homed, in the middle of [`ROOM`].
     pub fn ready(options: EmulationOptions) -> Self {
-        let mut bench = Self::new(options);
+        Self::new(options).made_ready()
+    }
+
+    /// Connected and homed, in a shipped scene.
+    pub fn ready_in(options: EmulationOptions, scene: &str) -> Self {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes");
+        let load =
+            |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
+        let scene = Scene::resolve(scene, &load).expect("a shipped scene");
+        Self::within(options, &scene).made_ready()
+    }
+
+    fn made_ready(self) -> Self {
+        let mut bench = self;
         bench.laser.connect(bench.now);
         bench.head.connect(bench.now);
         while bench.identity.is_none() || bench.parameters.is_none() {
@@ -79,6 +95,8 @@ impl Bench {
         let mut homed = false;
         while !homed {
             for told in bench.go_on() {
+                let fault = matches!(&told, Told::Head(HeadEvent::Unit(ptu::Event::Fault(_))));
+                assert!(!fault, "homing: {told:?}");
                 if let Told::Head(HeadEvent::Unit(ptu::Event::HomeDone { pan, tilt })) = told {
                     let identity = bench.identity.as_mut().expect("connected");
                     (identity.pan.limits, identity.tilt.limits) = (pan, tilt);

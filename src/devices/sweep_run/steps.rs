@@ -134,6 +134,8 @@ impl SweepRun {
             tilt_low_rad: plan.tilt_range_rad.0,
             tilt_high_rad: plan.tilt_range_rad.1,
             line_pitch_rad: plan.line_pitch_rad,
+            time_offset_s: plan.time_offset_s,
+            tilt_backlash_rad: plan.tilt_backlash_rad,
             legs: std::mem::take(&mut self.legs),
         }));
     }

@@ -110,6 +110,8 @@ fn raw(leg: Leg) -> RawSweep {
         tilt_low_rad: -19f64.to_radians(),
         tilt_high_rad: 19f64.to_radians(),
         line_pitch_rad: 0.00871,
+        time_offset_s: 0.0,
+        tilt_backlash_rad: 0.0,
         legs: vec![leg],
     }
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::Instant;
 use super::constants::{HISTORY, HISTORY_SEGMENTS};
 use super::profile::{Leg, Ramp, brake_distance, plan};
-use super::segment::{Rotor, Segment, rest, settled};
+use super::segment::{Rotor, Segment, play, rest, settled};
 
 /// Where an axis is told to go.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,6 +35,10 @@ pub(super) struct Axis {
     blocked: bool,
     /// Factor on all speeds.
     pace: f64,
+    /// Play between rotor and head, half steps.
+    backlash: f64,
+    /// Direction of travel in the last segment that is no longer remembered: 1, -1, or 0 where it never moved.
+    heading: f64,
 }
 
 impl Axis {
@@ -52,7 +56,15 @@ impl Axis {
             stalled: false,
             blocked: false,
             pace: 1.0,
+            backlash: 0.0,
+            heading: 0.0,
         }
+    }
+
+    /// With play between rotor and head, half steps.
+    pub(super) fn with_backlash(mut self, half_steps: f64) -> Self {
+        self.backlash = half_steps;
+        self
     }
 
     /// The count that the unit reports.
@@ -180,7 +192,7 @@ impl Axis {
             self.remember(done);
         }
         while self.past.front().is_some_and(|s| s.end + HISTORY < now) {
-            self.past.pop_front();
+            self.forget_oldest();
         }
         contacts
     }
@@ -194,7 +206,9 @@ impl Axis {
             }
             segment = past;
         }
-        segment.true_half_steps(at.max(segment.start), self.whole)
+        let segments = std::iter::once(&self.current).chain(self.past.iter().rev());
+        let ahead = play(segments, at, self.backlash, self.heading);
+        segment.true_half_steps(at.max(segment.start), self.whole) + ahead
     }
 
     /// Remembered segments, for the bound on memory.
@@ -220,8 +234,15 @@ impl Axis {
         if segment.end > segment.start {
             self.past.push_back(segment);
             if self.past.len() > HISTORY_SEGMENTS {
-                self.past.pop_front();
+                self.forget_oldest();
             }
+        }
+    }
+
+    fn forget_oldest(&mut self) {
+        let moved = self.past.pop_front().map_or(0.0, |s| s.p1 - s.p0);
+        if moved.abs() > 1e-9 {
+            self.heading = moved.signum();
         }
     }
 

@@ -16,6 +16,7 @@
 //! | `power-up` | `on` `off` | it is being switched on: banner, calibration |
 //! | `calibrate` `banner` | `on` `off` | what it does at power-up |
 //! | `pacing` `whole-steps` `option-board` | `on` `off` | bytes take their time; the rotor goes in steps; the board is fitted |
+//! | `backlash` | `pan/tilt`, half steps | play between rotor and head |
 //! | `line-end` | `crlf` `cr` | of replies |
 //! | `latency` | `least/most`, ms | from delimiter to reply |
 //! | `table-delay` | s | to recompute after `PA PB PU` |
@@ -31,7 +32,7 @@ use super::options::{InputDuringReset, LineEnd, Model, TwinOptions};
 /// Every key, in the order of the table.
 const KEYS: &str = "model, series, firmware, pan-min, pan-max, tilt-min, tilt-max, limit-spread, speed, base-speed, \
 acceleration, upper-speed, lower-speed, reset-speed, echo, verbose, velocity, slaved, limits, monitor, unit-id, baud, pan, \
-tilt, moving-to, power-up, calibrate, banner, pacing, whole-steps, option-board, line-end, latency, table-delay, \
+tilt, moving-to, power-up, calibrate, banner, pacing, whole-steps, option-board, backlash, line-end, latency, table-delay, \
 input-during-reset, volts, degf";
 
 /// An option that cannot be read.
@@ -214,6 +215,10 @@ impl TwinOptions {
         match value.key {
             "pacing" => self.byte_pacing = value.switch()?,
             "whole-steps" => self.whole_steps = value.switch()?,
+            "backlash" => {
+                let expected = "pan/tilt in half steps, 0 to 100";
+                self.backlash_half_steps = value.pair(0.0, 100.0, expected)?;
+            }
             "option-board" => self.option_board = value.switch()?,
             "line-end" => {
                 let ends = [("crlf", LineEnd::CrLf), ("cr", LineEnd::Cr)];
@@ -259,7 +264,7 @@ mod tests {
             "model" => "d46-70",
             "series" => "e",
             "moving-to" => "100/-50",
-            "latency" => "1/2.5",
+            "latency" | "backlash" => "1/2.5",
             "line-end" => "cr",
             "input-during-reset" => "dropped",
             "baud" => "38400",

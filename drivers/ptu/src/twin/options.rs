@@ -158,6 +158,8 @@ pub struct TwinOptions {
     pub option_board: bool,
     /// Whether the true position advances in whole steps, or smoothly as the commanded profile.
     pub whole_steps: bool,
+    /// Play of the gears, half steps: where the head points lags behind the rotor by half of it, in the direction of travel.
+    pub backlash_half_steps: [f64; 2],
     /// What `O` reports from which instant on, ascending; before the first entry [`TwinOptions::supply`].
     pub supply_script: Vec<(Instant, Supply)>,
     /// What `O` reports at first.
@@ -195,6 +197,7 @@ impl Default for TwinOptions {
             e_series: false,
             option_board: false,
             whole_steps: true,
+            backlash_half_steps: [0.0; 2],
             supply_script: Vec::new(),
             supply: Supply { volts: 24.0, temperature_f: [86.0, 90.0, 88.0] },
             seed: 0,

@@ -76,3 +76,67 @@ pub(super) fn rest(now: Instant, p: f64, rotor: Rotor, counts_per_half_step: f64
         counts_per_half_step,
     }
 }
+
+/// How far the head is ahead of the rotor at `at`, half steps: half of `backlash` behind in the direction of travel, on the
+/// way there while a reversed rotor crosses the play. `segments` go backwards in time; before them the axis went `heading`.
+pub(super) fn play<'a>(
+    segments: impl Iterator<Item = &'a Segment>,
+    at: Instant,
+    backlash: f64,
+    heading: f64,
+) -> f64 {
+    let (mut way, mut travelled, mut reversed) = (0.0, 0.0, false);
+    for segment in segments.filter(|s| s.start <= at) {
+        let moved = segment.count_at(at) - segment.p0;
+        if moved.abs() < 1e-9 {
+            continue;
+        }
+        reversed = way != 0.0 && moved.signum() != way;
+        if reversed || travelled > backlash {
+            break;
+        }
+        way = moved.signum();
+        travelled += moved.abs() / segment.counts_per_half_step;
+    }
+    if way == 0.0 {
+        way = heading;
+    }
+    if !reversed && (heading == way || heading == 0.0) {
+        travelled = backlash;
+    }
+    way * (backlash / 2.0 - travelled.min(backlash))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Rotor, Segment, play, rest};
+    use std::time::Duration;
+
+    #[test]
+    fn the_head_lags_by_half_the_play_and_crosses_it_after_a_reversal() {
+        let s = Duration::from_secs;
+        let moving = |start: u64, p0: f64, v0: f64| Segment {
+            start: s(start),
+            end: s(start + 10),
+            v0,
+            p1: p0 + 10.0 * v0,
+            ..rest(s(start), p0, Rotor::Follows(0.0), 1.0)
+        };
+        let (up, down) = (moving(0, 0.0, 1.0), moving(10, 10.0, -1.0));
+        let ahead = |at: f64| {
+            play(
+                [&down, &up].into_iter(),
+                Duration::from_secs_f64(at),
+                4.0,
+                0.0,
+            )
+        };
+        assert_eq!(
+            [5.0, 10.0, 12.0, 14.0, 19.0].map(ahead),
+            [-2.0, -2.0, 0.0, 2.0, 2.0]
+        );
+        let still = rest(s(20), 0.0, Rotor::Follows(0.0), 1.0);
+        let at_rest = |heading| play(std::iter::once(&still), s(30), 4.0, heading);
+        assert_eq!([-1.0, 0.0, 1.0].map(at_rest), [2.0, 0.0, -2.0]);
+    }
+}

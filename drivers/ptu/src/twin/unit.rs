@@ -107,6 +107,7 @@ impl Twin {
                 options.whole_steps,
                 now,
             )
+            .with_backlash(options.backlash_half_steps[i])
         };
         let mut twin = Self {
             now,

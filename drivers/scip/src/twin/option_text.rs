@@ -9,6 +9,7 @@
 //! | `timer` | s, below 16777.216 | what its timer shows at the start |
 //! | `clock-rate-error` | -0.05 to 0.05 | how much faster than the host's clock its timer runs |
 //! | `motor-rate-error` | -0.05 to 0.05 | how much faster than nominal its motor turns by its timer |
+//! | `stamp-offset` | ms, -50 to 50 | how long after step 0 its timer is read for a scan's stamp |
 //! | `link` | `usb` `network` or a bit rate | what the bytes travel over; a bit rate is RS-232C, paced |
 //! | `keyed-sum` | `before-semicolon` `with-semicolon` `before-comment` | what sums of `KEY:value;` lines count |
 
@@ -17,8 +18,7 @@ use super::options::{Link, StartState, TwinOptions};
 use super::profile::{KeyedSum, Profile};
 
 /// Every key, in the order of the table.
-const KEYS: &str =
-    "profile, serial, firmware, start, timer, clock-rate-error, motor-rate-error, link, keyed-sum";
+const KEYS: &str = "profile, serial, firmware, start, timer, clock-rate-error, motor-rate-error, stamp-offset, link, keyed-sum";
 
 /// An option that cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -95,6 +95,11 @@ impl TwinOptions {
             }
             "clock-rate-error" => self.clock_rate_error = rate_error()?,
             "motor-rate-error" => self.motor_rate_error = rate_error()?,
+            "stamp-offset" => {
+                let ms = number(-50.0, 50.0);
+                self.stamp_offset_ms =
+                    ms.ok_or_else(|| wrong("milliseconds between -50 and 50"))?;
+            }
             "link" => {
                 self.link = link(value).ok_or_else(|| wrong("usb, network or a bit rate"))?;
             }

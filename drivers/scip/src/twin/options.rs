@@ -15,6 +15,9 @@ pub struct TwinOptions {
     pub motor_rate_error: f64,
     /// What the timer shows at the start, ms; near 2^24 to see it wrap. A later power cycle starts from 0.
     pub timer_start_ms: u32,
+    /// How long after step 0 the timer is read for a scan's stamp, ms; negative is before. The document says step 0
+    /// (protocol section 8), sensors may differ.
+    pub stamp_offset_ms: f64,
     /// What the bytes travel over.
     pub link: Link,
     /// The state in which the twin is found.
@@ -30,6 +33,7 @@ impl Default for TwinOptions {
             clock_rate_error: CLOCK_RATE_ERROR,
             motor_rate_error: MOTOR_RATE_ERROR,
             timer_start_ms: 0,
+            stamp_offset_ms: 0.0,
             link: Link::Usb,
             start_state: StartState::PowerUp,
             seed: 1,

@@ -1,5 +1,7 @@
 //! Scans as they are measured and sent: the stream of `MD` and `MS`, its stops and its end.
 
+use std::time::Duration;
+
 use super::constants::{
     HARDWARE_STATUS, OLDER_STAMP_MS, REHEARSAL_AFTER_SCANS, REHEARSAL_MIN_COUNT, REPLY_SPREAD,
     TIMER_MASK, VERIFY_STATUS, VERIFY_TIME,
@@ -59,7 +61,7 @@ impl Twin {
                 } else if older {
                     old_stamp.wrapping_sub(OLDER_STAMP_MS) & TIMER_MASK
                 } else {
-                    self.timer.at(start)
+                    self.timer.at(shifted(start, self.options.stamp_offset_ms))
                 };
                 Scan {
                     revolution,
@@ -199,5 +201,15 @@ impl Twin {
         if let Some(message) = message {
             self.emit(message, t, t, false);
         }
+    }
+}
+
+/// An instant some milliseconds later, or earlier.
+fn shifted(at: Instant, ms: f64) -> Instant {
+    let by = Duration::from_secs_f64(ms.abs() * 1e-3);
+    if ms < 0.0 {
+        at.saturating_sub(by)
+    } else {
+        at.saturating_add(by)
     }
 }
