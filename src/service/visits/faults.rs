@@ -98,7 +98,7 @@ const LASER: [Case; 37] = [
     ),
     case(
         "laser.hardware:status=97,for=2",
-        Blind("reports a fault"),
+        RiddenOut,
         Blind("hardware trouble"),
     ),
     case("laser.trouble-stat", Blind("reports a fault"), RiddenOut),
