@@ -98,7 +98,7 @@ const LASER: [Case; 37] = [
     ),
     case(
         "laser.hardware:status=97,for=2",
-        Blind("reports a fault"),
+        RiddenOut,
         Blind("hardware trouble"),
     ),
     case("laser.trouble-stat", Blind("reports a fault"), RiddenOut),
@@ -145,7 +145,7 @@ const HEAD: [Case; 39] = [
         Blind("not trusted"),
         Blind("not trusted"),
     ),
-    case("ptu.stuck:axis=pan,for=40", Blind("not trusted"), RiddenOut),
+    case("ptu.stuck:axis=pan,for=40", RiddenOut, RiddenOut),
     case(
         "ptu.slow:axis=tilt,factor=0.5,for=40",
         Blind("did not finish"),
@@ -168,29 +168,25 @@ const HEAD: [Case; 39] = [
     case("ptu.limits-off", RiddenOut, RiddenOut),
     case("ptu.monitor", RiddenOut, Blind("stopped at")),
     case("ptu.moving", RiddenOut, Blind("stopped at")),
-    case(
-        "ptu.unit-id",
-        Blind("answers, but not as"),
-        Blind("no fitting reply"),
-    ),
+    case("ptu.unit-id", Blind("is silent"), Blind("no fitting reply")),
     case("ptu.baud", RiddenOut, RiddenOut),
     case("ptu.axis-error", RiddenOut, RiddenOut),
     case("ptu.supply", RiddenOut, RiddenOut),
     case(
         "ptu.silence:for=30",
-        Blind("answers, but not as"),
+        Blind("is silent"),
         Blind("no fitting reply"),
     ),
     case(
         "ptu.silence:deaf=true,for=20",
-        Blind("answers, but not as"),
+        Blind("is silent"),
         Blind("no fitting reply"),
     ),
     case("ptu.silence:for=1", RiddenOut, RiddenOut),
     case("ptu.lost-byte", RiddenOut, RiddenOut),
     case(
         "ptu.lost-byte:count=50",
-        Blind("answers, but not as"),
+        Blind("is silent"),
         Blind("no fitting reply"),
     ),
     case("ptu.garbage-byte", RiddenOut, RiddenOut),
@@ -202,11 +198,7 @@ const HEAD: [Case; 39] = [
     case("ptu.reset-fails", RiddenOut, RiddenOut),
     case("ptu.power-cycle", RiddenOut, Blind("restarted")),
     case("ptu.power-cycle:for=1", RiddenOut, Blind("restarted")),
-    case(
-        "ptu.wrong-baud:for=5",
-        Blind("answers, but not as"),
-        Blind("no fitting reply"),
-    ),
+    case("ptu.wrong-baud:for=5", RiddenOut, Blind("no fitting reply")),
 ];
 
 /// Plays the fault into a visit, and a clean visit after it; what is wrong, if anything.
