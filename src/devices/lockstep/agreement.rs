@@ -3,7 +3,7 @@
 use super::bench::Bench;
 use crate::config::SweepMode;
 use crate::devices::emulation::EmulationOptions;
-use crate::sweep::{RawSweep, assemble};
+use crate::sweep::{RawSweep, TimeSample, assemble};
 
 fn raw(seed: u64, mode: SweepMode, reverse: bool) -> RawSweep {
     let mut bench = Bench::ready(EmulationOptions::seeded(seed));
@@ -62,14 +62,13 @@ fn lines_follow_each_other_as_fast_as_the_mirror_turns() {
         let (first, last) = (&leg.scans[0], &leg.scans[leg.scans.len() - 1]);
         let took_s = 1e-3 * (last.stamp_ms - first.stamp_ms) as f64;
         let over = took_s / (0.1 * (leg.scans.len() - 1) as f64);
-        let (before, after): (Vec<_>, Vec<_>) = leg
+        let (before, after): (Vec<&TimeSample>, Vec<&TimeSample>) = leg
             .time_samples
             .iter()
             .partition(|s| s.sent_s < first.arrived_s);
         let start_s = first.arrived_s - before[0].sent_s;
-        let exchange_s = |samples: &[&crate::sweep::TimeSample]| {
-            samples[samples.len() - 1].received_s - samples[0].sent_s
-        };
+        let exchange_s =
+            |samples: &[&TimeSample]| samples[samples.len() - 1].received_s - samples[0].sent_s;
         let end_s = after[after.len() - 1].received_s - last.arrived_s;
         eprintln!(
             "{} lines in {took_s:.3} s, {over:.4} of the ideal time; from the first exchange to the first line {start_s:.2} s (exchange {:.2} s), from the last line to the end {end_s:.2} s (exchange {:.2} s)",

@@ -123,6 +123,7 @@ const AWRY: [Hidden; 3] = [
 #[test]
 fn hidden_mount_time_and_backlash_are_found_in_the_shipped_rooms() {
     let (mut within, mut all) = (0, 0);
+    let mut missed = Vec::new();
     for (seed, scene) in (1..).zip(["office.toml", "storeroom.toml", "corridor.toml"]) {
         let hidden = AWRY[(seed as usize - 1) % AWRY.len()];
         let mut bench = Bench::ready_in(options(seed, hidden), scene);
@@ -146,19 +147,16 @@ fn hidden_mount_time_and_backlash_are_found_in_the_shipped_rooms() {
             all += 1;
             within += usize::from(error.abs() <= 2.0 * sigma);
         }
-        for (error, _) in &errors[..3] {
-            assert!(error.abs() < 0.05, "{scene}: angle off by {error} deg");
+        let most = [0.05, 0.05, 0.05, 0.3, 0.05];
+        let off = errors
+            .iter()
+            .zip(most)
+            .any(|((error, _), most)| error.abs() >= most);
+        if off {
+            missed.push((scene, errors));
         }
-        assert!(
-            errors[3].0.abs() < 0.3,
-            "{scene}: time off by {} ms",
-            errors[3].0
-        );
-        assert!(
-            errors[4].0.abs() < 0.05,
-            "{scene}: backlash off by {} deg",
-            errors[4].0
-        );
     }
     eprintln!("{within} of {all} within two standard deviations");
+    // Roll, pitch, yaw in degrees, milliseconds, degrees of backlash: what a sweep needs to be better than its noise.
+    assert!(missed.is_empty(), "{missed:?}");
 }

@@ -197,8 +197,14 @@ impl Axis {
         contacts
     }
 
-    /// True position at an instant of the last two seconds, half steps.
+    /// Where the head points at an instant of the last two seconds, half steps.
     pub(super) fn true_at(&self, at: Instant) -> f64 {
+        let segments = std::iter::once(&self.current).chain(self.past.iter().rev());
+        self.rotor_at(at) + play(segments, at, self.backlash, self.heading)
+    }
+
+    /// Where the rotor is at an instant of the last two seconds, half steps: the play of the gears is behind it.
+    pub(super) fn rotor_at(&self, at: Instant) -> f64 {
         let mut segment = &self.current;
         for past in self.past.iter().rev() {
             if at >= segment.start {
@@ -206,9 +212,7 @@ impl Axis {
             }
             segment = past;
         }
-        let segments = std::iter::once(&self.current).chain(self.past.iter().rev());
-        let ahead = play(segments, at, self.backlash, self.heading);
-        segment.true_half_steps(at.max(segment.start), self.whole) + ahead
+        segment.true_half_steps(at.max(segment.start), self.whole)
     }
 
     /// Remembered segments, for the bound on memory.

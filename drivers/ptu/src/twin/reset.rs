@@ -170,7 +170,7 @@ impl Twin {
             }
             let motor = &self.axes[axis.index()];
             let target = f64::from(motor.target());
-            let truth = motor.true_at(self.now) * motor.counts_per_half_step();
+            let truth = motor.rotor_at(self.now) * motor.counts_per_half_step();
             !motor.moving() && (truth - target).abs() < 0.5
         })
     }
