@@ -14,6 +14,9 @@ pub const TRIALS: usize = 200;
 /// Fewest cells of a surface, over all legs: at 10 cm, half a square metre seen once.
 pub const LEAST_CELLS: usize = 50;
 
+/// Fewest beams of a surface: at a sweep's usual density, a tenth of a square metre at 3 m.
+pub const LEAST_BEAMS: usize = 300;
+
 /// Most surfaces: a room has six and furniture some more; every one costs three unknowns.
 pub const MOST_PLANES: usize = 16;
 

@@ -1,6 +1,8 @@
 //! The flat surfaces of the place, found anew in every round: cells of each leg by itself, gathered to surfaces of all.
 
-use super::constants::{CELL_M, LEAST_CELLS, LEAST_COS, MOST_PLANES, OWN_CELL_SIGMAS, TRIALS};
+use super::constants::{
+    CELL_M, LEAST_BEAMS, LEAST_CELLS, LEAST_COS, MOST_PLANES, OWN_CELL_SIGMAS, TRIALS,
+};
 use crate::geometry::{Patch, Surfaces};
 use crate::sweep::constants::URG_NOISE;
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
@@ -72,7 +74,7 @@ pub fn find(legs: &[LegPoints<'_>], round: (f64, f64)) -> (Vec<Plane>, Vec<Optio
         .iter()
         .flat_map(|s| s.patches.iter().filter(|p| p.flat))
         .collect();
-    let planes = gather(flat, round);
+    let mut planes = gather(flat, round);
     let mut plane_of_point = Vec::new();
     for (leg, surfaces) in legs.iter().zip(&surfaces) {
         let plane_of_patch: Vec<Option<usize>> = surfaces
@@ -88,7 +90,32 @@ pub fn find(legs: &[LegPoints<'_>], round: (f64, f64)) -> (Vec<Plane>, Vec<Optio
             }));
         }
     }
+    drop_poor(&mut planes, &mut plane_of_point);
     (planes, plane_of_point)
+}
+
+/// Surfaces that hardly a beam is left on, most of their cells being claimed by another, are none.
+fn drop_poor(planes: &mut Vec<Plane>, plane_of_point: &mut [Option<usize>]) {
+    let mut beams = vec![0_usize; planes.len()];
+    plane_of_point.iter().flatten().for_each(|p| beams[*p] += 1);
+    let mut next = 0;
+    let kept: Vec<Option<usize>> = beams
+        .iter()
+        .map(|n| {
+            (*n >= LEAST_BEAMS).then(|| {
+                next += 1;
+                next - 1
+            })
+        })
+        .collect();
+    let mut at = 0;
+    planes.retain(|_| {
+        at += 1;
+        kept[at - 1].is_some()
+    });
+    for plane in plane_of_point {
+        *plane = plane.and_then(|p| kept[p]);
+    }
 }
 
 /// Surfaces with the most cells first.
