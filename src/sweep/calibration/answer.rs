@@ -254,7 +254,8 @@ impl Given {
         let after_m = problem.residuals_m(state);
         let apart = |r: &[f64]| up_against_down_m(&self.beams, met, r, state.planes.len());
         let squares: f64 = after_m.iter().map(|r| r * r).sum();
-        let covariance = fit.normal.covariance().ok_or(CalibrationError::NoFit)?;
+        let covariance = problem.covariance(state, &fit.normal);
+        let covariance = covariance.ok_or(CalibrationError::NoFit)?;
         Ok(Calibration {
             estimates: estimates(&self.believed, &state.shared, |i| covariance[(i, i)].sqrt()),
             legs: state.leg_time_s.len(),

@@ -50,6 +50,11 @@ impl Normal {
         Some(Cholesky::new(self.symmetric())?.inverse())
     }
 
+    /// The whole matrix: the inverse of a covariance.
+    pub fn information(&self) -> DMatrix<f64> {
+        self.symmetric()
+    }
+
     fn symmetric(&self) -> DMatrix<f64> {
         let mut matrix = self.matrix.clone();
         matrix.fill_upper_triangle_with_lower_triangle();

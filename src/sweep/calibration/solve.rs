@@ -7,7 +7,8 @@ use super::normal::Normal;
 use super::planes::Plane;
 use super::unknowns::{Chain, Parameter, SHARED};
 use crate::geometry::Mount;
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, DVector, Vector3};
+use std::collections::BTreeMap;
 
 /// A beam that met a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +44,15 @@ pub struct Problem<'a> {
     pub scatter: &'a Scatter,
     /// A surface known to be level, and the standard deviation of that, radians.
     pub level: Option<(usize, f64)>,
+}
+
+/// One beam's residual, its derivatives by the unknowns `at`, its weight and what it costs.
+struct Row {
+    at: [usize; SHARED + 4],
+    slopes: [f64; SHARED + 4],
+    residual_m: f64,
+    weight: f64,
+    cost: f64,
 }
 
 /// Values of all unknowns.
@@ -137,40 +147,74 @@ impl Problem<'_> {
 
     fn add_beams(&self, normal: &mut Normal, state: &State) {
         let chain = Chain::new(self.mount, &state.shared);
-        let frames: Vec<_> = state.planes.iter().map(|p| across(&p.normal)).collect();
-        let legs = state.leg_time_s.len();
         for on in self.met {
-            let beam = &self.beams[on.beam];
-            let plane = &state.planes[on.plane];
-            let place = chain.place(beam, state.leg_time_s[beam.leg]);
-            let (shared, by_leg) = chain.derivatives(beam, &place, &plane.normal);
-            let (a, b) = frames[on.plane];
-            let point = &place.point.coords;
-            let first = SHARED + legs + 3 * on.plane;
-            let mut at = [0; SHARED + 4];
-            let mut slopes = [0.0; SHARED + 4];
-            for i in 0..SHARED {
-                (at[i], slopes[i]) = (i, shared[i]);
-            }
-            at[SHARED..].copy_from_slice(&[SHARED + beam.leg, first, first + 1, first + 2]);
-            slopes[SHARED..].copy_from_slice(&[by_leg, a.dot(point), b.dot(point), -1.0]);
-            let residual = plane.height_m(&place.point);
-            let sigma = on.sigma_m * self.scatter.scales[on.plane];
-            let z = (residual / sigma).abs();
-            let (robust, cost) = if z <= ROBUST_SIGMAS {
-                (1.0, z * z / 2.0)
-            } else {
-                (ROBUST_SIGMAS / z, ROBUST_SIGMAS * (z - ROBUST_SIGMAS / 2.0))
-            };
-            let share = 1.0 / self.scatter.sharing;
-            normal.add(
-                &at,
-                &slopes,
-                residual,
-                robust * share / sigma.powi(2),
-                cost * share,
-            );
+            let row = self.row(&chain, state, on);
+            normal.add(&row.at, &row.slopes, row.residual_m, row.weight, row.cost);
         }
+    }
+
+    fn row(&self, chain: &Chain, state: &State, on: &OnPlane) -> Row {
+        let beam = &self.beams[on.beam];
+        let plane = &state.planes[on.plane];
+        let place = chain.place(beam, state.leg_time_s[beam.leg]);
+        let (shared, by_leg) = chain.derivatives(beam, &place, &plane.normal);
+        let (a, b) = across(&plane.normal);
+        let point = &place.point.coords;
+        let first = SHARED + state.leg_time_s.len() + 3 * on.plane;
+        let mut at = [0; SHARED + 4];
+        let mut slopes = [0.0; SHARED + 4];
+        for i in 0..SHARED {
+            (at[i], slopes[i]) = (i, shared[i]);
+        }
+        at[SHARED..].copy_from_slice(&[SHARED + beam.leg, first, first + 1, first + 2]);
+        slopes[SHARED..].copy_from_slice(&[by_leg, a.dot(point), b.dot(point), -1.0]);
+        let residual_m = plane.height_m(&place.point);
+        let sigma = on.sigma_m * self.scatter.scales[on.plane];
+        let z = (residual_m / sigma).abs();
+        let (robust, cost) = if z <= ROBUST_SIGMAS {
+            (1.0, z * z / 2.0)
+        } else {
+            (ROBUST_SIGMAS / z, ROBUST_SIGMAS * (z - ROBUST_SIGMAS / 2.0))
+        };
+        let share = 1.0 / self.scatter.sharing;
+        Row {
+            at,
+            slopes,
+            residual_m,
+            weight: robust * share / sigma.powi(2),
+            cost: cost * share,
+        }
+    }
+
+    /// Covariance of the unknowns at a solution: no smaller than beams independent of each other would have it, nor than
+    /// what the surfaces show, whose beams err together at one pan (things on walls, edges, noise that is not the law's):
+    /// the sandwich of Liang and Zeger, clustered by surface and pan. `None` where something is not determined.
+    pub fn covariance(&self, state: &State, normal: &Normal) -> Option<DMatrix<f64>> {
+        let alone = normal.covariance()?;
+        let chain = Chain::new(self.mount, &state.shared);
+        let mut pulls: BTreeMap<(usize, u64), DVector<f64>> = BTreeMap::new();
+        for on in self.met {
+            let row = self.row(&chain, state, on);
+            let cluster = (on.plane, self.beams[on.beam].pan_rad.to_bits());
+            let pull = pulls
+                .entry(cluster)
+                .or_insert_with(|| DVector::zeros(state.unknowns()));
+            for (at, slope) in row.at.iter().zip(row.slopes) {
+                pull[*at] += row.weight * row.residual_m * slope;
+            }
+        }
+        let mut beliefs = Normal::new(state.unknowns());
+        self.add_beliefs(&mut beliefs, state);
+        let clusters = pulls.len() as f64;
+        let few = clusters / (clusters - 1.0).max(1.0);
+        let middle = pulls.values().fold(beliefs.information(), |sum, pull| {
+            sum + pull * pull.transpose() * few
+        });
+        let mut together = &alone * middle * &alone;
+        for i in 0..alone.nrows() {
+            together[(i, i)] = together[(i, i)].max(alone[(i, i)]);
+        }
+        Some(together)
     }
 
     /// What is known without any beam.
