@@ -5,6 +5,7 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Point3, Vector3};
 use patrold::mixture::{Gaussian, Mixture};
+use patrold::novelty::Rim;
 use patrold::shape::ransac::{RansacSettings, detect, estimate_normals, surface_samples};
 use patrold::shape::{ShapeSettings, primitives, retrieve};
 use rand::{RngExt, SeedableRng};
@@ -116,7 +117,8 @@ fn one_novelty(criterion: &mut Criterion) {
         });
         group.bench_function(BenchmarkId::new("both methods", n), |bencher| {
             let settings = ShapeSettings::default();
-            bencher.iter(|| retrieve(points, &Mixture::default(), &origin, &settings, 1));
+            let rim = Rim::default();
+            bencher.iter(|| retrieve(points, &rim, &Mixture::default(), &origin, &settings, 1));
         });
     }
     let round = Mixture {
