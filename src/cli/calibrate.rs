@@ -10,6 +10,7 @@ use crate::devices::{
 };
 use crate::sweep::{RawSweep, calibrate, decode, encode};
 use clap::Args;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 
@@ -28,7 +29,7 @@ pub struct CalibrateArgs {
     /// The floor is level under the robot's base, to this standard deviation in degrees
     #[arg(long, value_name = "DEG", value_parser = level)]
     level_floor: Option<f64>,
-    /// Keep the raw sweeps in this folder as sweep-1.raw, sweep-2.raw ...
+    /// Keep the raw sweeps in this folder as sweep-1.raw, sweep-2.raw ...; it is made
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
     /// Seconds of the devices per second of the wall, for emulated devices that run at X times the wall's pace
@@ -48,6 +49,10 @@ fn level(text: &str) -> Result<f64, String> {
 
 /// Runs `calibrate`. Nothing is changed: the lines are for a person to take over.
 pub fn run(args: &CalibrateArgs) -> Outcome {
+    // Before the robot has swept for nothing.
+    if let Some(folder) = &args.keep {
+        fs::create_dir_all(folder).map_err(|error| files::named(folder, error))?;
+    }
     let sweeps = if args.files.is_empty() {
         let settings = config::settings(args.config.as_deref())?;
         let cancel = signals::cancel_on_signal()?;

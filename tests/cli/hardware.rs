@@ -25,25 +25,77 @@ fn folder() -> tempfile::TempDir {
     dir
 }
 
-#[test]
-fn emulated_devices_say_who_they_are() {
-    let dir = folder();
+/// Devices in the office, on the ports that the configuration of `folder` names.
+fn emulated(dir: &Path, options: &[&str]) -> Emulator {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes/office.toml");
     let scene = scene.to_string_lossy();
     let args = [
         "emulate", "--scene", &scene, "--laser", "laser", "--ptu", "ptu",
     ];
-    let mut child = command(dir.path(), &args)
+    let mut child = command(dir, &[&args[..], options].concat())
         .stdout(Stdio::piped())
         .spawn()
         .expect("starts");
     let out = child.stdout.take().expect("piped");
-    let _emulator = Emulator(child);
+    let emulator = Emulator(child);
     let mut line = String::new();
     BufReader::new(out).read_line(&mut line).expect("a line");
     let ready = serde_json::from_str(&line).expect("JSON");
     schema::check("emulate-ready", &ready);
+    emulator
+}
 
+#[test]
+fn a_calibration_finds_what_the_emulators_hide_and_its_kept_sweeps_tell_the_same() {
+    let dir = folder();
+    let hidden = [
+        "--time-scale",
+        "4",
+        "--mount-rpy-deg",
+        "0.4,-0.6,0.8",
+        "--laser-option",
+        "stamp-offset=4",
+        "--ptu-option",
+        "backlash=3/3",
+    ];
+    let _emulator = emulated(dir.path(), &hidden);
+    let asked = ["--one-pan", "--time-scale", "4", "--keep", "kept"];
+    let asked = [&["calibrate", "--config", "c.toml", "--json"], &asked[..]].concat();
+    let ran = patrold(dir.path(), &asked);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    let found = ran.json();
+    schema::check("calibrate", &found);
+    let told = |name: &str| {
+        let all = found["parameters"].as_array().into_iter().flatten();
+        let one = all.clone().find(|p| p["name"] == name);
+        one.unwrap_or_else(|| panic!("no {name} in {found}"))
+    };
+    // A count of the head is 0.0514 deg; what the stamps are late is taken off again.
+    let hidden = [
+        ("roll", 0.4),
+        ("yaw", 0.8),
+        ("backlash", 3.0 * 0.0514),
+        ("time_offset", -4.0),
+    ];
+    for (name, truth) in hidden {
+        let [value, sigma] = ["value", "sigma"].map(|key| told(name)[key].as_f64());
+        let error = (value.expect("a value") - truth).abs();
+        assert!(error < 4.0 * sigma.expect("a sigma"), "{name} in {found}");
+    }
+    // One pan does not tell the pitch.
+    assert_eq!(told("pitch")["observable"], false, "{found}");
+
+    let kept = found["sweeps"].as_u64().expect("a number");
+    let kept: Vec<String> = (1..=kept).map(|k| format!("kept/sweep-{k}.raw")).collect();
+    let mut again = vec!["calibrate", "--json"];
+    again.extend(kept.iter().map(String::as_str));
+    assert_eq!(patrold(dir.path(), &again).json(), found);
+}
+
+#[test]
+fn emulated_devices_say_who_they_are() {
+    let dir = folder();
+    let _emulator = emulated(dir.path(), &[]);
     let ran = patrold(dir.path(), &["devices", "--config", "c.toml", "--json"]);
     let json = ran.json();
     schema::check("devices", &json);

@@ -17,7 +17,7 @@ fn without_loss_one_sweep_is_enough() {
         ("storeroom-box-left.toml", Verdict::Changed),
         ("storeroom-taken.toml", Verdict::Changed),
     ] {
-        for seed in 10..20 {
+        for seed in 10..16 {
             let mut patrol = patrol(seed);
             patrol.devices.with(|e| e.set_world(world(scene)));
             let seen = patrol.visit();
@@ -33,10 +33,24 @@ fn without_loss_one_sweep_is_enough() {
 
 #[test]
 fn half_a_degree_of_pan_or_tilt_is_found_whenever_it_is_lost() {
-    // 10 counts of 0.0514 deg and more, before the sweep and in it; the head tilts from 4 to 16 s.
+    found(&[10, -10, -150], &[0.0, 5.0, 9.0, 13.0]);
+}
+
+#[test]
+#[ignore = "minutes; the rest of the cases above"]
+fn more_is_found_and_at_more_instants() {
+    found(
+        &[10, -10, 20, -30, 60, -150],
+        &[0.0, 5.0, 7.0, 9.0, 11.0, 13.0],
+    );
+}
+
+/// Loses `steps` counts of 0.0514 deg of either axis `at_s` seconds after a visit begins: 0 is before its sweep, in which the head
+/// tilts from 4 to 16 s.
+fn found(steps: &[i32], at_s: &[f64]) {
     for axis in ["tilt", "pan"] {
-        for steps in [10, -10, 20, -30, 60, -150] {
-            for at_s in [0.0, 5.0, 7.0, 9.0, 11.0, 13.0] {
+        for steps in steps {
+            for at_s in at_s {
                 let mut patrol = patrol(20);
                 patrol.inject(&format!(
                     "ptu.lost-steps:at={at_s},axis={axis},steps={steps}"
