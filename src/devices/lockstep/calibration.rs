@@ -6,6 +6,8 @@ use crate::devices::calibration_plan::calibration_requests;
 use crate::devices::emulation::{Emulation, EmulationOptions};
 use crate::geometry::RollPitchYaw;
 use crate::sweep::{Calibration, Estimate, Parameter, RawSweep, bare_beams, calibrate};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// Half a step of a D46-17, radians.
 const HALF_STEP_RAD: f64 = 185.1428 / 3600.0 * std::f64::consts::PI / 180.0;
@@ -106,81 +108,121 @@ fn errors(calibration: &Calibration, hidden: Hidden, time_s: f64) -> [(f64, f64)
     ]
 }
 
-const AWRY: [Hidden; 3] = [
-    Hidden {
-        rpy_deg: [0.7, -1.1, 0.9],
-        stamp_offset_ms: 6.0,
-        backlash_half_steps: 2.0,
-        bias_mm: 0.0,
-    },
-    Hidden {
-        rpy_deg: [-1.6, 0.8, -0.5],
-        stamp_offset_ms: -9.0,
-        backlash_half_steps: 0.0,
-        bias_mm: 8.0,
-    },
-    Hidden {
-        rpy_deg: [0.1, 0.3, -1.9],
-        stamp_offset_ms: 0.0,
-        backlash_half_steps: 5.0,
-        bias_mm: -6.0,
-    },
+/// The shipped rooms, each with a robot awry in another way.
+const AWRY: [(&str, Hidden); 3] = [
+    (
+        "storeroom.toml",
+        Hidden {
+            rpy_deg: [-1.6, 0.8, -0.5],
+            stamp_offset_ms: -9.0,
+            backlash_half_steps: 0.0,
+            bias_mm: 8.0,
+        },
+    ),
+    (
+        "office.toml",
+        Hidden {
+            rpy_deg: [0.7, -1.1, 0.9],
+            stamp_offset_ms: 6.0,
+            backlash_half_steps: 2.0,
+            bias_mm: 0.0,
+        },
+    ),
+    (
+        "corridor.toml",
+        Hidden {
+            rpy_deg: [0.1, 0.3, -1.9],
+            stamp_offset_ms: 0.0,
+            backlash_half_steps: 5.0,
+            bias_mm: -6.0,
+        },
+    ),
 ];
 
-#[test]
-fn hidden_mount_time_and_backlash_are_found_in_the_shipped_rooms() {
-    let (mut within, mut all) = (0, 0);
-    let mut missed = Vec::new();
-    for (seed, scene) in (1..).zip(["office.toml", "storeroom.toml", "corridor.toml"]) {
-        let hidden = AWRY[(seed as usize - 1) % AWRY.len()];
-        let mut bench = Bench::ready_in(options(seed, hidden), scene);
-        let sweeps = sweeps(&mut bench, true);
-        let time_s = true_time_offset_s(&bench.emulation, &sweeps, hidden);
-        let found = match calibrate(&sweeps, None) {
-            Ok(found) => found,
-            Err(error) => {
-                eprintln!("{scene}: {error}");
-                missed.push((scene, [(f64::NAN, f64::NAN); 5]));
-                continue;
-            }
-        };
-        let middle: Vec<RawSweep> = sweeps.iter().map(at_middle_pan).collect();
-        let poor = calibrate(&middle, None).expect("calibrates");
-        let pitch = estimate(&poor, Parameter::Pitch);
-        eprintln!(
-            "{scene}, one pan: pitch +- {:.3} deg, roll +- {:.3}, yaw +- {:.3}",
-            pitch.sigma.to_degrees(),
-            estimate(&poor, Parameter::Roll).sigma.to_degrees(),
-            estimate(&poor, Parameter::Yaw).sigma.to_degrees()
-        );
+const NAMES: [&str; 5] = ["roll", "pitch", "yaw", "tau ms", "backlash"];
+
+/// Errors and standard deviations of a calibration by three pans; what one pan alone gives goes to `poor`.
+fn found_in(
+    scene: &str,
+    seed: u64,
+    hidden: Hidden,
+    poor: impl FnOnce(&Calibration),
+) -> [(f64, f64); 5] {
+    let mut bench = Bench::ready_in(options(seed, hidden), scene);
+    let sweeps = sweeps(&mut bench, true);
+    let time_s = true_time_offset_s(&bench.emulation, &sweeps, hidden);
+    let found =
+        calibrate(&sweeps, None).unwrap_or_else(|e| panic!("{scene} {seed} {hidden:?}: {e}"));
+    let middle: Vec<RawSweep> = sweeps.iter().map(at_middle_pan).collect();
+    poor(&calibrate(&middle, None).expect("calibrates"));
+    errors(&found, hidden, time_s)
+}
+
+/// Angles within 0.05 deg and the time offset within 0.3 ms: what a sweep needs to be better than its noise.
+fn assert_found(which: usize) {
+    let (scene, hidden) = AWRY[which];
+    let errors = found_in(scene, 1 + which as u64, hidden, |poor| {
+        let pitch = estimate(poor, Parameter::Pitch);
         assert!(!pitch.observable, "{pitch:?}");
-        let errors = errors(&found, hidden, time_s);
-        eprintln!(
-            "{scene} {hidden:?}: true tau {:.3} ms, {} planes, {} beams, residual {:.2} mm, up/down {:?}",
-            1e3 * time_s,
-            found.planes,
-            found.beams,
-            1e3 * found.residual_m,
-            found.up_against_down_m
-        );
-        for (name, (error, sigma)) in ["roll", "pitch", "yaw", "tau ms", "backlash"]
-            .iter()
-            .zip(errors)
-        {
-            eprintln!("  {name}: error {error:+.4}, sigma {sigma:.4}");
-            all += 1;
-            within += usize::from(error.abs() <= 2.0 * sigma);
-        }
-        let most = [0.05, 0.05, 0.05, 0.3, 0.05];
-        let off = errors
-            .iter()
-            .zip(most)
-            .any(|((error, _), most)| error.abs() >= most);
-        if off {
-            missed.push((scene, errors));
+    });
+    for ((name, (error, sigma)), most) in
+        NAMES.iter().zip(errors).zip([0.05, 0.05, 0.05, 0.3, 0.05])
+    {
+        eprintln!("{scene} {name}: error {error:+.4}, sigma {sigma:.4}");
+        assert!(error.abs() < most, "{scene} {name}: {error}");
+    }
+}
+
+#[test]
+fn mount_time_and_backlash_hidden_in_the_storeroom_are_found() {
+    assert_found(0);
+}
+
+#[test]
+fn mount_time_and_backlash_hidden_in_the_office_are_found() {
+    assert_found(1);
+}
+
+#[test]
+#[ignore = "half a minute; a third room, as the two above"]
+fn mount_time_and_backlash_hidden_in_the_corridor_are_found() {
+    assert_found(2);
+}
+
+/// Robots awry by chance in all rooms: every one within the same bounds, and 95 % intervals that hold the truth.
+#[test]
+#[ignore = "ten minutes"]
+fn stated_uncertainties_hold_the_truth_of_many_robots() {
+    let robots = 8;
+    let mut held = [0; 5];
+    let mut worst = [0.0_f64; 5];
+    for (scene, _) in AWRY {
+        for seed in 100..100 + robots {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let mut between = |most: f64| rng.random_range(-most..=most);
+            let hidden = Hidden {
+                rpy_deg: [between(2.0), between(2.0), between(2.0)],
+                stamp_offset_ms: between(10.0),
+                backlash_half_steps: between(3.0) + 3.0,
+                bias_mm: between(10.0),
+            };
+            let errors = found_in(scene, seed, hidden, |_| ());
+            eprintln!("{scene} {seed}: {errors:.4?}");
+            for (i, (error, sigma)) in errors.into_iter().enumerate() {
+                held[i] += usize::from(error.abs() <= 1.96 * sigma);
+                worst[i] = worst[i].max(error.abs());
+            }
         }
     }
-    eprintln!("{within} of {all} within two standard deviations");
-    // Roll, pitch, yaw in degrees, milliseconds, degrees of backlash: what a sweep needs to be better than its noise.
-    assert!(missed.is_empty(), "{missed:?}");
+    let all = AWRY.len() * robots as usize;
+    eprintln!("held of {all}: {NAMES:?} {held:?}; worst errors {worst:.4?}");
+    for (name, (worst, most)) in NAMES
+        .iter()
+        .zip(worst.into_iter().zip([0.05, 0.05, 0.05, 0.3, 0.05]))
+    {
+        assert!(worst < most, "{name}: {worst}");
+    }
+    for (name, held) in NAMES.iter().zip(held) {
+        assert!(held as f64 >= 0.85 * all as f64, "{name}: {held} of {all}");
+    }
 }

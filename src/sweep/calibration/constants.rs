@@ -72,3 +72,7 @@ pub const MOST_PLACE_M: f64 = 0.003;
 pub const MOST_STEPS: usize = 20;
 /// See [`MOST_STEPS`].
 pub const DONE_SHARE: f64 = 1e-9;
+
+/// What keeps an unknown where it is when all that determined it is left out, as a share of its information: small
+/// against any surface's share, large against rounding.
+pub const UNDETERMINED_SHARE: f64 = 1e-9;

@@ -1,5 +1,6 @@
 //! Sums of weighted residuals and their derivatives: the normal equations, a step of Levenberg and Marquardt, covariances.
 
+use super::constants::UNDETERMINED_SHARE;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// The normal equations of some residuals.
@@ -55,6 +56,16 @@ impl Normal {
         self.symmetric()
     }
 
+    /// By how much the solution of these equations moves, to first order, when the residuals of `part` are left out of
+    /// them. What nothing but `part` determines stays where it is.
+    pub fn moved_without(&self, part: &Self) -> Option<DVector<f64>> {
+        let mut matrix = self.symmetric() - part.symmetric();
+        for i in 0..matrix.nrows() {
+            matrix[(i, i)] += UNDETERMINED_SHARE * self.matrix[(i, i)];
+        }
+        Some(-Cholesky::new(matrix)?.solve(&part.right))
+    }
+
     fn symmetric(&self) -> DMatrix<f64> {
         let mut matrix = self.matrix.clone();
         matrix.fill_upper_triangle_with_lower_triangle();
@@ -80,5 +91,23 @@ mod tests {
         let got = [covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]];
         assert!(got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12));
         assert!(Normal::new(2).step(0.0).is_none());
+    }
+
+    /// A mean of 3, 5 and 10 is 6, and 4 without the last; a second unknown that the last alone tells stays.
+    #[test]
+    fn what_is_left_out_moves_the_solution_by_what_it_did() {
+        let mean = 6.0;
+        let mut all = Normal::new(2);
+        let mut last = Normal::new(2);
+        for y in [3.0, 5.0] {
+            all.add(&[0], &[1.0], mean - y, 1.0, 0.0);
+        }
+        for normal in [&mut all, &mut last] {
+            normal.add(&[0], &[1.0], mean - 10.0, 1.0, 0.0);
+            normal.add(&[1], &[1.0], 0.0, 1.0, 0.0);
+        }
+        let moved = all.moved_without(&last).expect("determined");
+        assert!((moved[0] + 2.0).abs() < 1e-6, "{moved}");
+        assert_eq!(moved[1], 0.0);
     }
 }

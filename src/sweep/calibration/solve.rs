@@ -7,7 +7,7 @@ use super::normal::Normal;
 use super::planes::Plane;
 use super::unknowns::{Chain, Parameter, SHARED};
 use crate::geometry::Mount;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, Vector3};
 use std::collections::BTreeMap;
 
 /// A beam that met a surface.
@@ -188,29 +188,30 @@ impl Problem<'_> {
 
     /// Covariance of the unknowns at a solution: no smaller than beams independent of each other would have it, nor than
     /// what the surfaces show, whose beams err together at one pan (things on walls, edges, noise that is not the law's):
-    /// the sandwich of Liang and Zeger, clustered by surface and pan. `None` where something is not determined.
+    /// by how much the answer moves where one surface at one pan is left out (jackknife by clusters, its step linear: the
+    /// CR3 of Bell and McCaffrey). The plain sandwich is too small for the few surfaces of a room. `None` where something
+    /// is not determined.
     pub fn covariance(&self, state: &State, normal: &Normal) -> Option<DMatrix<f64>> {
         let alone = normal.covariance()?;
         let chain = Chain::new(self.mount, &state.shared);
-        let mut pulls: BTreeMap<(usize, u64), DVector<f64>> = BTreeMap::new();
+        let mut clusters: BTreeMap<(usize, u64), Normal> = BTreeMap::new();
         for on in self.met {
             let row = self.row(&chain, state, on);
             let cluster = (on.plane, self.beams[on.beam].pan_rad.to_bits());
-            let pull = pulls
+            clusters
                 .entry(cluster)
-                .or_insert_with(|| DVector::zeros(state.unknowns()));
-            for (at, slope) in row.at.iter().zip(row.slopes) {
-                pull[*at] += row.weight * row.residual_m * slope;
-            }
+                .or_insert_with(|| Normal::new(state.unknowns()))
+                .add(&row.at, &row.slopes, row.residual_m, row.weight, row.cost);
         }
         let mut beliefs = Normal::new(state.unknowns());
         self.add_beliefs(&mut beliefs, state);
-        let clusters = pulls.len() as f64;
-        let few = clusters / (clusters - 1.0).max(1.0);
-        let middle = pulls.values().fold(beliefs.information(), |sum, pull| {
-            sum + pull * pull.transpose() * few
-        });
-        let mut together = &alone * middle * &alone;
+        let most = clusters.len() as f64;
+        let share = (most - 1.0).max(1.0) / most;
+        let mut together = &alone * beliefs.information() * &alone;
+        for cluster in clusters.values() {
+            let moved = normal.moved_without(cluster)?;
+            together += &moved * moved.transpose() * share;
+        }
         for i in 0..alone.nrows() {
             together[(i, i)] = together[(i, i)].max(alone[(i, i)]);
         }
