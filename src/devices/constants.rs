@@ -130,3 +130,6 @@ pub const CALIBRATION_FAST: (f64, usize) = (25.0 * std::f64::consts::PI / 180.0,
 /// Pan to either side of the middle in a calibration, radians: 50 deg, within every head's range, and the tilt axis is
 /// turned by 100 deg between the two.
 pub const CALIBRATION_PAN_RAD: f64 = 50.0 * std::f64::consts::PI / 180.0;
+
+/// Set speed of both axes after a power-up, counts per second (ptu-d46 section 5): a unit found at it tells nothing.
+pub const POWER_UP_SPEED: i32 = 1000;

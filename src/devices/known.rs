@@ -5,6 +5,7 @@ use super::head::HeadEvent;
 use super::head_memory::HeadMemory;
 use super::port::PortEvent;
 use super::port_name::PortName;
+use super::power_mark::PowerMark;
 use super::wires::Told;
 use ptu::HeadIdentity;
 use scip::Identity;
@@ -44,6 +45,9 @@ pub(super) struct Known {
     distrust: Option<&'static str>,
     /// The head is taken as it is found, once.
     trust_at_first: bool,
+    /// Its position was trusted when its port was lost, and nothing has spoilt it since.
+    was_trusted: bool,
+    mark: PowerMark,
     memory: HeadMemory,
     notes: Sender<DeviceNote>,
 }
@@ -68,6 +72,8 @@ impl Known {
             ports: (laser.name.clone(), head.name.clone()),
             distrust: Some("it was not homed since it was connected"),
             trust_at_first: !home_at_start,
+            was_trusted: false,
+            mark: PowerMark::default(),
             memory,
             notes,
         }
@@ -136,6 +142,7 @@ impl Known {
             }
             Told::Head(PortEvent::Lost { error, retry_in }) => {
                 if self.head.take().is_some() {
+                    self.was_trusted = self.distrust.is_none();
                     self.memory.doubt();
                 }
                 self.distrust = Some("its port was lost in between");
@@ -169,11 +176,21 @@ impl Known {
                 let first =
                     std::mem::take(&mut self.trust_at_first) && self.memory.may_take_as_found();
                 let stand = self.memory.limits_stand(identity);
+                let kept_power = self.mark.stands(identity);
+                if !kept_power {
+                    self.mark = PowerMark::new(identity);
+                }
+                let as_left = std::mem::take(&mut self.was_trusted) && kept_power && stand;
                 self.head = Some((**identity).clone());
                 self.head_error = None;
                 match (identity.calibration_seen, stand) {
-                    (true, true) => self.calibrated(),
+                    (true, true) => self.trust(),
                     (true, false) => self.distrusted(LIMITS_MOVED),
+                    (false, _) if as_left => {
+                        self.trust();
+                        let text = "kept its power: its position stands".to_owned();
+                        self.tell(Device::Head, NoteLevel::Info, text);
+                    }
                     (false, _) if first => self.distrust = None,
                     (false, _) => {}
                 }
@@ -187,12 +204,13 @@ impl Known {
                     .as_ref()
                     .is_none_or(|h| self.memory.limits_stand(h))
                 {
-                    self.calibrated();
+                    self.trust();
                     self.tell(Device::Head, NoteLevel::Info, "homed".to_owned());
                 } else {
                     self.distrusted(LIMITS_MOVED);
                 }
             }
+            E::SpeedSet { axis, steps_per_s } => self.mark.taken(*axis, *steps_per_s),
             E::LimitHit(_) => self.distrusted("an axis ran into its limit"),
             E::CableLost => self.distrusted("the cable to the head came off"),
             E::EchoReturned | E::VerboseReturned | E::Restarted => {
@@ -204,7 +222,12 @@ impl Known {
         }
     }
 
-    fn calibrated(&mut self) {
+    /// Set speeds by which the head will be known again as one that kept its power; `None`: it is not connected.
+    pub(super) fn speeds_to_leave(&self) -> Option<[i32; 2]> {
+        self.head.as_ref().map(|head| self.mark.to_leave(head))
+    }
+
+    fn trust(&mut self) {
         self.distrust = None;
         self.memory.calibrated();
     }
@@ -212,12 +235,14 @@ impl Known {
     /// A calibration is asked for: until it ends the head is anywhere.
     pub(super) fn begin_homing(&mut self) {
         self.distrust = Some("its calibration did not end");
+        self.was_trusted = false;
         self.memory.doubt();
     }
 
     /// From now on counts stand for nothing, until the next calibration; not in the next station either.
     pub(super) fn distrusted(&mut self, why: &'static str) {
         self.memory.doubt();
+        self.was_trusted = false;
         self.distrust = Some(why);
         self.warn(Device::Head, format!("position not trusted: {why}"));
     }
@@ -330,6 +355,38 @@ mod tests {
         let mut second = known(&memory);
         hear(&mut second, connected(&unit));
         assert!(!second.trusted());
+    }
+
+    #[test]
+    fn a_head_that_kept_its_power_is_trusted_as_before_its_port_was_lost() {
+        let lost = Told::Head(PortEvent::Lost {
+            error: DeviceError::Cancelled,
+            retry_in: Duration::ZERO,
+        });
+        let unit = unit();
+        let mut kept = unit.clone();
+        for spoilt in [false, true] {
+            let memory = HeadMemory::default();
+            let mut known = known(&memory);
+            hear(&mut known, connected(&unit));
+            let [pan, tilt] = known.speeds_to_leave().expect("connected");
+            for (axis, steps_per_s) in [(Axis::Pan, pan), (Axis::Tilt, tilt)] {
+                hear(&mut known, Event::SpeedSet { axis, steps_per_s });
+            }
+            (kept.pan.speed, kept.tilt.speed) = (pan, tilt);
+            if spoilt {
+                hear(&mut known, Event::LimitHit(Axis::Pan));
+            }
+            known.note(&lost);
+            assert!(!known.trusted() && memory.is_doubted());
+            hear(&mut known, connected(&kept));
+            assert_eq!((known.trusted(), memory.is_doubted()), (!spoilt, spoilt));
+            known.note(&lost);
+            hear(&mut known, connected(&unit));
+            assert!(!known.trusted(), "speeds of a power-up");
+            hear(&mut known, connected(&kept));
+            assert!(!known.trusted(), "nor later");
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@
 //! | `plan` | settings, identities | one sweep in whole counts |
 //! | `calibration_plan` | one request | those of a calibration |
 //! | `sweep_run`, `sweep_data` | events of both devices | commands to both, in the end a raw sweep or the reason why not |
-//! | `station`, `known`, `head_memory`, `report` | settings | both devices as one object with blocking calls; what is known of them |
+//! | `station`, `known`, `head_memory`, `power_mark`, `report` | settings | both devices as one object with blocking calls; what is known of them |
 //! | `emulation`, `emulated_fault`, `emulated_plug`, `emulator`, `emulator_end` | a scene | the devices' other ends, pure and on pseudo-terminals |
 
 mod calibration_plan;
@@ -31,6 +31,7 @@ mod laser;
 mod plan;
 mod port;
 mod port_name;
+mod power_mark;
 mod report;
 mod station;
 mod sweep_data;

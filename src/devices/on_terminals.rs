@@ -32,7 +32,8 @@ fn settings(emulator: &Emulator) -> Settings {
 
 #[test]
 fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
-    let clock = Clock::scaled(10.0);
+    // A wait of twenty seconds of the devices must outlast what a loaded machine sleeps.
+    let clock = Clock::scaled(5.0);
     let emulator = emulator(&clock, &EmulatorPorts::default());
     let settings = settings(&emulator);
     let (notes, _heard) = mpsc::channel();

@@ -1,13 +1,14 @@
 //! Both devices as one object with blocking calls, for the service and the command line.
 
+mod home;
 mod park;
 mod watch;
 
 use super::cancel::Cancel;
 use super::clock::Clock;
-use super::constants::{BITS_PER_BYTE, CONNECT_LIMIT, HEALTH_LIMIT, HOME_LIMIT, OPEN_LIMIT};
+use super::constants::{BITS_PER_BYTE, CONNECT_LIMIT, HEALTH_LIMIT, OPEN_LIMIT};
 use super::error::{Device, DeviceError};
-use super::head::{HeadCommand, HeadEvent, head_error};
+use super::head::{HeadCommand, HeadEvent};
 use super::head_memory::HeadMemory;
 use super::known::{DeviceNote, Known};
 use super::plan::{HeadFacts, LaserFacts, SweepPlan, SweepRequest};
@@ -225,48 +226,6 @@ impl Station {
             health.as_ref(),
             trusted,
         ))
-    }
-
-    /// Calibrates the head: both axes go to all their stops, up to a minute.
-    ///
-    /// # Errors
-    /// The head's failure; [`DeviceError::Cancelled`], where the head ends its calibration by itself at 0, 0, for it
-    /// hears nothing until then.
-    pub fn home(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
-        self.be_connected(cancel)?;
-        self.known.begin_homing();
-        self.wires.head(HeadCommand::Home);
-        let until = self.wires.now() + HOME_LIMIT;
-        while self.wires.now() < until {
-            if cancel.is_cancelled() {
-                return Err(DeviceError::Cancelled);
-            }
-            match self.next(until) {
-                Some(Told::Head(PortEvent::Lost { error, .. })) => return Err(error),
-                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(event)))) => match event {
-                    ptu::Event::HomeDone { .. } => return self.check_trust(),
-                    ptu::Event::Fault(error) => {
-                        return Err(head_error(&error, &self.head_port.name));
-                    }
-                    ptu::Event::Restarted
-                    | ptu::Event::EchoReturned
-                    | ptu::Event::VerboseReturned => {
-                        return Err(DeviceError::PositionLost {
-                            port: self.head_port.name.clone(),
-                            detail: "the unit restarted while it was homing".to_owned(),
-                        });
-                    }
-                    _ => {}
-                },
-                _ => {}
-            }
-        }
-        Err(DeviceError::Overdue {
-            device: Device::Head,
-            port: self.head_port.name.clone(),
-            what: "homing",
-            limit_s: HOME_LIMIT.as_secs(),
-        })
     }
 
     /// One sweep. Whatever ends it, the laser is off and the head stands when this returns.

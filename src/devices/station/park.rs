@@ -38,7 +38,16 @@ impl Station {
             self.wait_at_zero(axis)?;
         }
         self.wires.head(HeadCommand::Watch(None));
+        self.leave_mark();
         Ok(())
+    }
+
+    /// Sets speeds that tell, should the port be lost, whether the head kept its power meanwhile. Every move sets its own.
+    pub(super) fn leave_mark(&mut self) {
+        if let Some([pan, tilt]) = self.known.speeds_to_leave() {
+            self.wires.head(HeadCommand::SetSpeed(Axis::Pan, pan));
+            self.wires.head(HeadCommand::SetSpeed(Axis::Tilt, tilt));
+        }
     }
 
     fn wait_at_zero(&mut self, wanted: Axis) -> Result<(), DeviceError> {

@@ -51,11 +51,10 @@ fn a_laser_pulled_is_noticed_in_two_seconds_and_ready_five_after_its_return() {
     }
 }
 
-/// What follows is its calibration: nobody knows what moved it meanwhile.
+/// One that lost its power has to be calibrated before it is of use.
 #[test]
-fn a_head_pulled_is_noticed_in_two_seconds_and_homed_from_five_after_its_return() {
-    let homing_s = 30.0;
-    for power in ["kept", "lost"] {
+fn a_head_pulled_is_noticed_in_two_seconds_and_ready_five_after_its_return_or_homed_from_then() {
+    for (power, homing_s) in [("kept", 0.0), ("lost", 30.0)] {
         let [notice, back] = pulled("ptu", power);
         assert!(
             notice.1 <= 2.0 && back.1 <= 5.0 + homing_s,

@@ -257,7 +257,10 @@ impl Given {
         let covariance = problem.covariance(state, &fit.normal);
         let covariance = covariance.ok_or(CalibrationError::NoFit)?;
         Ok(Calibration {
-            estimates: estimates(&self.believed, &state.shared, |i| covariance[(i, i)].sqrt()),
+            estimates: estimates(&self.believed, &state.shared, |i| {
+                let spread = covariance[(i, i)].sqrt();
+                spread.hypot(Parameter::ALL[i].common())
+            }),
             legs: state.leg_time_s.len(),
             planes: state.planes.len(),
             beams: met.len(),

@@ -2,8 +2,8 @@
 
 use super::beams::CalibrationBeam;
 use super::constants::{
-    MOST_ANGLE_RAD, MOST_BACKLASH_RAD, MOST_PLACE_M, MOST_TIME_S, PRIOR_ANGLE_RAD,
-    PRIOR_BACKLASH_RAD, PRIOR_PLACE_M, PRIOR_RANGE_M, PRIOR_TIME_S,
+    COMMON_ANGLE_RAD, MOST_ANGLE_RAD, MOST_BACKLASH_RAD, MOST_PLACE_M, MOST_TIME_S,
+    PRIOR_ANGLE_RAD, PRIOR_BACKLASH_RAD, PRIOR_PLACE_M, PRIOR_RANGE_M, PRIOR_TIME_S,
 };
 use crate::geometry::Mount;
 use nalgebra::{Matrix3, Point3, Rotation3, SVector, Vector3};
@@ -56,6 +56,14 @@ impl Parameter {
             Self::TimeOffset => PRIOR_TIME_S,
             Self::Backlash => PRIOR_BACKLASH_RAD,
             Self::RangeOffset => PRIOR_RANGE_M,
+        }
+    }
+
+    /// Standard deviation of what errs alike on all surfaces, and is in no spread of theirs.
+    pub(super) fn common(self) -> f64 {
+        match self {
+            Self::Roll | Self::Pitch | Self::Yaw => COMMON_ANGLE_RAD,
+            _ => 0.0,
         }
     }
 
