@@ -13,6 +13,11 @@ use crate::sweep::Sweep;
 /// Shift in the middle of a sweep from which the robot moved, metres: what a surface may lie off without being a novelty.
 const MOST_SHIFT_M: f64 = 0.02;
 
+/// Turn in the middle of a sweep from which steps were lost, radians: a quarter of a degree. A robot that stands askew does not
+/// turn meanwhile, so what is suspected of a whole view is no bound; twice what a visit without loss was ever bent by, and what
+/// is left of half a degree in a sweep's last three lines.
+const LEAST_BEND_RAD: f64 = 0.0044;
+
 /// Share of the flat surfaces below which, and of what either view saw of the other below which, the place is another one.
 /// What came hides the reference, what went lay bare; both at once is another room. Emulated rooms against one another: 0.56
 /// and 0.67 at most; the same room changed: 0.85 and 0.90 of the better view at least.
@@ -63,8 +68,8 @@ pub fn doubt(
     }
     if let Some(bend) = bend::find(&reference.landmarks, sweep, registration) {
         let [forward_m, left_m] = bend.shift_m;
-        let lost =
-            bend.pan_rad.abs() >= suspicion.pan_rad || bend.tilt_rad.abs() >= suspicion.tilt_rad;
+        let lost = bend.pan_rad.abs() >= suspicion.pan_rad.min(LEAST_BEND_RAD)
+            || bend.tilt_rad.abs() >= suspicion.tilt_rad.min(LEAST_BEND_RAD);
         if lost || forward_m.hypot(left_m) >= MOST_SHIFT_M {
             return Some(Doubt::Bent(format!(
                 "the head lost steps or the robot moved in the middle of the sweep: after {:.0} % of it everything lies {:.1} deg of pan, {:.1} deg of tilt and {:.0} cm off the reference",
