@@ -2,7 +2,9 @@
 
 use super::failure::{DONE, FAILED, Outcome};
 use super::{config, output, signals};
-use crate::devices::{AxisReport, Clock, DeviceError, HeadReport, LaserReport, Station};
+use crate::devices::{
+    AxisReport, Clock, DeviceError, HeadReport, LaserReport, PortReport, Station, inventory,
+};
 use clap::Args;
 use serde::Serialize;
 use serde_json::json;
@@ -26,6 +28,8 @@ pub struct DevicesArgs {
 /// Runs `devices`. One that does not answer is told in its place; then the command has failed.
 pub fn run(args: &DevicesArgs) -> Outcome {
     let settings = config::settings(args.config.as_deref())?;
+    // Before the ports are opened: afterwards this program would be among those that have them.
+    let ports = inventory(&settings).map_err(super::failure::Failure::failed)?;
     let (notes, _) = mpsc::channel();
     let cancel = signals::cancel_on_signal()?;
     let (laser, ptu) = Station::survey(&settings, Clock::scaled(args.time_scale), notes, &cancel)
@@ -34,6 +38,7 @@ pub fn run(args: &DevicesArgs) -> Outcome {
         output::json(&json!({
             "laser": answer(&laser, &settings.laser.port),
             "ptu": answer(&ptu, &settings.ptu.port),
+            "ports": ports,
         }))?;
     } else {
         output::line(match &laser {
@@ -44,6 +49,7 @@ pub fn run(args: &DevicesArgs) -> Outcome {
             Ok(report) => head_text(report),
             Err(error) => format!("pan-tilt: {error}"),
         })?;
+        output::line(ports_text(&ports))?;
     }
     Ok(if laser.is_ok() && ptu.is_ok() {
         DONE
@@ -57,6 +63,22 @@ fn answer(report: &Result<impl Serialize, DeviceError>, port: &str) -> serde_jso
         Ok(report) => json!(report),
         Err(error) => json!({"port": port, "error": error.to_string()}),
     }
+}
+
+fn ports_text(ports: &[PortReport]) -> String {
+    if ports.is_empty() {
+        return "ports: no serial port with a device behind it".to_owned();
+    }
+    let line = |port: &PortReport| {
+        let mut said = vec![port.usb.clone().unwrap_or_else(|| "not on USB".to_owned())];
+        said.extend(port.product.clone());
+        if !port.held_by.is_empty() {
+            said.push(format!("in use by {}", port.held_by.join(", ")));
+        }
+        said.extend(port.configured_as.iter().map(|key| (*key).to_owned()));
+        format!("\n  {}: {}", port.path, said.join(", "))
+    };
+    format!("ports:{}", ports.iter().map(line).collect::<String>())
 }
 
 fn laser_text(report: &LaserReport) -> String {

@@ -1,7 +1,7 @@
 //! Every configuration key, once: its name, what it accepts, its default, its unit, when to change it.
 
 use super::value::{Kind, Value};
-use Kind::{Flag, Float, Floats, Integer, OneOf, Sign, Text};
+use Kind::{Flag, Float, Floats, Integer, OneOf, Port, Sign, Text};
 
 /// One key of the configuration.
 #[derive(Debug, Clone, Copy)]
@@ -56,10 +56,17 @@ pub const KEYS: &[Key] = &[
     ),
     key(
         "laser.port",
-        Text,
+        Port,
         "\"/dev/patrold-laser\"",
         "",
-        "Serial device of the URG-04LX, or tcp:HOST:PORT for an Ethernet sensor. The shipped udev rules make this name.",
+        "Where the laser is. The shipped udev rules make the default name; usb: is vendor, product and serial number as patrold devices lists them; tcp: is for an Ethernet sensor.",
+    ),
+    key(
+        "laser.serial",
+        Text,
+        "\"any\"",
+        "",
+        "Serial number that the laser must have (patrold devices shows it), or any. Set it where lasers could be exchanged; of several on one usb:15d1 name it finds the right one.",
     ),
     key(
         "laser.baud",
@@ -70,10 +77,17 @@ pub const KEYS: &[Key] = &[
     ),
     key(
         "ptu.port",
-        Text,
+        Port,
         "\"/dev/patrold-ptu\"",
         "",
-        "Serial device of the PTU-D46.",
+        "Where the PTU-D46 is, in the same words, but tcp.",
+    ),
+    key(
+        "ptu.version",
+        Text,
+        "\"any\"",
+        "",
+        "Text that the firmware's version must contain (patrold devices shows it), or any.",
     ),
     key(
         "ptu.baud",

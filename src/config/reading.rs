@@ -22,10 +22,12 @@ pub(super) fn read(layers: &Layers) -> Settings {
         },
         laser: LaserSettings {
             port: get.text("laser.port"),
+            serial: get.unit("laser.serial"),
             baud: get.whole("laser.baud") as u32,
         },
         ptu: PtuSettings {
             port: get.text("ptu.port"),
+            version: get.unit("ptu.version"),
             baud: get.whole("ptu.baud") as u32,
             pan_sign: get.whole("ptu.pan_sign") as f64,
             tilt_sign: get.whole("ptu.tilt_sign") as f64,
@@ -135,6 +137,11 @@ impl Getter<'_> {
             Some(Value::Text(text)) => text.clone(),
             _ => String::new(),
         }
+    }
+
+    /// Which unit is meant; `None` for `any`.
+    fn unit(&self, name: &str) -> Option<String> {
+        Some(self.text(name)).filter(|unit| unit != "any")
     }
 
     fn float(&self, name: &str) -> f64 {

@@ -49,8 +49,10 @@ pub struct RobotSettings {
 /// `[laser]`
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaserSettings {
-    /// Device path or `tcp:HOST:PORT`.
+    /// Device path, `usb:VVVV:PPPP[:SERIAL]` or `tcp:HOST:PORT`.
     pub port: String,
+    /// Serial number that it must have; `None`: any.
+    pub serial: Option<String>,
     /// Line rate on RS-232.
     pub baud: u32,
 }
@@ -58,8 +60,10 @@ pub struct LaserSettings {
 /// `[ptu]`
 #[derive(Debug, Clone, PartialEq)]
 pub struct PtuSettings {
-    /// Device path.
+    /// Device path or `usb:VVVV:PPPP[:SERIAL]`.
     pub port: String,
+    /// Text that its version must contain; `None`: any.
+    pub version: Option<String>,
     /// Line rate.
     pub baud: u32,
     /// +1 where positive pan counts turn left, else -1.

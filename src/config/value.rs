@@ -1,5 +1,6 @@
 //! What a configuration value may be.
 
+use link::UsbName;
 use std::fmt;
 use toml::de::DeValue;
 
@@ -27,6 +28,8 @@ pub enum Kind {
     Integer(i64, i64),
     /// Any text that is not empty.
     Text,
+    /// A serial device, `tcp:HOST:PORT`, or `usb:VVVV:PPPP[:SERIAL]`.
+    Port,
     /// One of these words.
     OneOf(&'static [&'static str]),
     /// 1 or -1.
@@ -68,6 +71,10 @@ impl fmt::Display for Kind {
             Self::Float(low, high) => write!(f, "a number from {low} to {high}"),
             Self::Integer(low, high) => write!(f, "a whole number from {low} to {high}"),
             Self::Text => write!(f, "a text"),
+            Self::Port => write!(
+                f,
+                "a serial device, usb:VVVV:PPPP[:SERIAL] with hexadecimal digits, or tcp:HOST:PORT"
+            ),
             Self::OneOf(words) => write!(f, "one of \"{}\"", words.join("\", \"")),
             Self::Sign => write!(f, "1 or -1"),
             Self::Flag => write!(f, "true or false"),
@@ -100,10 +107,12 @@ impl Kind {
                     Err(n.to_string())
                 }
             }
-            Self::Text => match given.as_str() {
-                Some("") => Err("an empty text".to_owned()),
-                Some(text) => Ok(Value::Text(text.to_owned())),
-                None => Err(given.type_str().to_owned()),
+            Self::Text => Ok(Value::Text(text(given)?)),
+            Self::Port => match text(given)? {
+                name if UsbName::is_meant(&name) && name.parse::<UsbName>().is_err() => {
+                    Err(format!("{name:?}"))
+                }
+                name => Ok(Value::Text(name)),
             },
             Self::OneOf(words) => match given.as_str() {
                 Some(text) if words.contains(&text) => Ok(Value::Text(text.to_owned())),
@@ -133,6 +142,14 @@ impl Kind {
                 numbers.map(Value::Floats)
             }
         }
+    }
+}
+
+fn text(given: &DeValue<'_>) -> Result<String, String> {
+    match given.as_str() {
+        Some("") => Err("an empty text".to_owned()),
+        Some(text) => Ok(text.to_owned()),
+        None => Err(given.type_str().to_owned()),
     }
 }
 

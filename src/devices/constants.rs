@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+/// USB vendor of the laser's maker (scip2 section 3).
+pub const HOKUYO: u16 = 0x15d1;
+
 /// Speed of approaching moves, radians per second: the head's own after power-up, 1000 positions/s of a D46-17
 /// (ptu-d46 section 5).
 pub const APPROACH_RAD_S: f64 = 0.8976;

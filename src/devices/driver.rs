@@ -36,13 +36,11 @@ pub trait Driver: Send {
     /// The next output.
     fn poll(&mut self) -> Option<Output<Self::Event>>;
 
-    /// Whether this event ends the dialogue: close the port, open it anew.
-    fn is_fault(event: &Self::Event) -> bool;
     /// Whether this event says that the device works, so that the next failure is a first one.
     fn is_proof_of_life(event: &Self::Event) -> bool;
     /// Whether this event says that the device is known now.
     fn is_connected(event: &Self::Event) -> bool;
-    /// What a fault means to people.
+    /// Why this event ends the dialogue, if it does: close the port, open it anew.
     fn fault(event: &Self::Event, port: &PortName) -> Option<DeviceError>;
     /// Brings the device to rest: laser off, head halted. Ends in an event that [`is_rest`](Self::is_rest) knows.
     fn rest(&mut self, now: Duration);

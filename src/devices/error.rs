@@ -21,6 +21,14 @@ impl fmt::Display for Device {
 }
 
 impl Device {
+    /// The configuration key of the unit that it has to be.
+    pub const fn unit_key(self) -> &'static str {
+        match self {
+            Self::Laser => "laser.serial",
+            Self::Head => "ptu.version",
+        }
+    }
+
     /// The configuration key of its port.
     pub const fn port_key(self) -> &'static str {
         match self {
@@ -40,6 +48,22 @@ pub enum DeviceError {
         device: Device,
         /// Why, with the port's name and what to do.
         source: PortError,
+    },
+    /// Another unit hangs there than the one that the configuration names.
+    #[error(
+        "{device} on {port} is {got}, but {key} asks for {expected}: plug in the right one or change the configuration"
+    )]
+    OtherUnit {
+        /// Which device.
+        device: Device,
+        /// Its port.
+        port: String,
+        /// The configuration key that names the unit.
+        key: &'static str,
+        /// The unit asked for.
+        expected: String,
+        /// What it says of itself.
+        got: String,
     },
     /// Nothing came back at any rate.
     #[error("{device} on {port} is silent: check its power and cable, and that {key} is its port ({detail})", key = .device.port_key())]
@@ -174,12 +198,22 @@ pub enum DeviceError {
     },
 }
 
+impl DeviceError {
+    /// Whether the device is just not there: looking again soon costs nothing and moves nothing.
+    pub const fn is_absence(&self) -> bool {
+        matches!(self, Self::Port { .. } | Self::OtherUnit { .. })
+    }
+}
+
 /// Why a port cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PortError {
     /// Nothing is there.
     #[error("{0}")]
     NoSuchPort(String),
+    /// Several devices go by that name.
+    #[error("{0}")]
+    Several(String),
     /// Somebody else has it.
     #[error("{0}")]
     Busy(String),
@@ -200,6 +234,7 @@ impl From<link::LinkError> for PortError {
         let text = error.to_string();
         match error {
             E::NotFound { .. } => Self::NoSuchPort(text),
+            E::Several { .. } => Self::Several(text),
             E::Busy { .. } => Self::Busy(text),
             E::PermissionDenied { .. } => Self::NotPermitted(text),
             E::Disconnected { .. } | E::TimedOut { .. } => Self::Gone(text),

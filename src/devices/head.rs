@@ -128,11 +128,6 @@ impl Driver for HeadDriver {
         }
     }
 
-    fn is_fault(event: &HeadEvent) -> bool {
-        // After a calibration that failed the dialogue goes on.
-        matches!(event, HeadEvent::Unit(Event::Fault(error)) if !matches!(error, HeadError::ResetFailed { .. }))
-    }
-
     fn is_proof_of_life(event: &HeadEvent) -> bool {
         matches!(
             event,
@@ -146,7 +141,10 @@ impl Driver for HeadDriver {
 
     fn fault(event: &HeadEvent, port: &PortName) -> Option<DeviceError> {
         match event {
+            // After a calibration that failed the dialogue goes on.
+            HeadEvent::Unit(Event::Fault(HeadError::ResetFailed { .. })) => None,
             HeadEvent::Unit(Event::Fault(error)) => Some(head_error(error, &port.name)),
+            HeadEvent::Unit(Event::Connected(identity)) => port.other_unit(&identity.version),
             _ => None,
         }
     }
@@ -216,6 +214,7 @@ mod tests {
             device: Device::Head,
             name: "ptu".to_owned(),
             baud: 9600,
+            unit: None,
         };
         let mut head = HeadDriver::new(&port, 9600, false);
         let (mut now, mut resting, mut sent) = (Duration::ZERO, false, Vec::new());

@@ -52,8 +52,8 @@ impl HeadMemory {
         self.lock().doubted
     }
 
-    /// A calibration was seen to end well.
-    pub fn calibrated(&self) {
+    /// The position is trusted again: a calibration was seen to end well, or the head kept its power where it was trusted.
+    pub fn trust(&self) {
         self.lock().doubted = false;
     }
 

@@ -229,7 +229,7 @@ impl Known {
 
     fn trust(&mut self) {
         self.distrust = None;
-        self.memory.calibrated();
+        self.memory.trust();
     }
 
     /// A calibration is asked for: until it ends the head is anywhere.
@@ -279,6 +279,7 @@ mod tests {
             device,
             name: format!("/dev/{device}"),
             baud: 9600,
+            unit: None,
         };
         let (laser, head) = (port(Device::Laser), port(Device::Head));
         Known::new(&laser, &head, false, memory.clone(), mpsc::channel().0)

@@ -94,10 +94,6 @@ impl Driver for LaserDriver {
         }
     }
 
-    fn is_fault(event: &Event) -> bool {
-        matches!(event, Event::Fault(_))
-    }
-
     fn is_proof_of_life(event: &Event) -> bool {
         matches!(event, Event::Scan { .. })
     }
@@ -109,6 +105,7 @@ impl Driver for LaserDriver {
     fn fault(event: &Event, port: &PortName) -> Option<DeviceError> {
         match event {
             Event::Fault(error) => Some(laser_error(error, &port.name)),
+            Event::Connected(identity) => port.other_unit(&identity.serial),
             _ => None,
         }
     }

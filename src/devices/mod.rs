@@ -6,6 +6,7 @@
 //! | `clock` | the wall's time | virtual time, the one of every deadline |
 //! | `driver`, `laser`, `head` | commands, bytes, instants | bytes and events of one device |
 //! | `port_name`, `port` | a configured port | a thread that keeps it open and serves its driver |
+//! | `inventory` | settings | all serial ports of the machine: what they are, who has them, whose they are |
 //! | `wires` | commands | both ports as one, on their threads |
 //! | `plan` | settings, identities | one sweep in whole counts |
 //! | `calibration_plan` | one request | those of a calibration |
@@ -27,6 +28,7 @@ mod error;
 mod head;
 mod head_memory;
 mod known;
+mod inventory;
 mod laser;
 mod plan;
 mod port;
@@ -51,6 +53,7 @@ pub use emulation::{Emulation, EmulationOptions};
 pub use emulator::{Emulator, EmulatorError, EmulatorPorts, Lag};
 pub use error::{Device, DeviceError, PortError};
 pub use head_memory::HeadMemory;
+pub use inventory::{PortReport, inventory};
 pub use known::{DeviceNote, NoteLevel};
 pub use plan::{SweepPlan, SweepRequest};
 pub use report::{AxisReport, DevicesReport, HeadReport, LaserReport};

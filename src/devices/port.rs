@@ -4,7 +4,7 @@ use super::clock::Clock;
 use super::constants::{ABSENT_RETRY, BACKOFF, CLOSE_LIMIT, READ_BUSY, READ_IDLE, WRITE_LIMIT};
 use super::driver::{Driver, Output};
 use super::error::DeviceError;
-use super::port_name::PortName;
+use super::port_name::{PortName, Try};
 use link::Link;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -122,33 +122,41 @@ impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
     fn run(mut self) {
         let mut turn = 0_usize;
         while !self.stopped() {
-            // The line may be another kind after it was plugged in again.
-            let bauds = self.name.bauds();
-            let baud = bauds.get(turn % bauds.len().max(1)).copied();
-            self.connected = false;
-            let end = match self.name.open(baud.unwrap_or(self.name.baud)) {
-                Ok(link) => self.serve(
-                    link,
-                    baud.unwrap_or(self.name.baud),
-                    bauds.len() > 1 && !self.found,
-                ),
-                Err(error) => End::Failed(error),
+            // The line may be another node and another kind after it was plugged in again.
+            let (tries, end) = match self.name.tries() {
+                Ok(tries) => (tries.len(), self.attempt(&tries, turn)),
+                Err(error) => (0, End::Failed(error)),
             };
             let End::Failed(error) = end else { return };
             if !self.connected && !matches!(error, DeviceError::Port { .. }) {
                 turn += 1;
-                if !turn.is_multiple_of(bauds.len().max(1)) {
+                if !turn.is_multiple_of(tries.max(1)) {
                     continue;
                 }
             }
-            let absent = matches!(error, DeviceError::Port { .. });
-            let most = if absent { ABSENT_RETRY } else { BACKOFF.1 };
+            let most = if error.is_absence() {
+                ABSENT_RETRY
+            } else {
+                BACKOFF.1
+            };
             let retry_in = self.backoff.min(most);
             if !self.tell(PortEvent::Lost { error, retry_in }) {
                 return;
             }
             self.backoff = (self.backoff * 2).min(BACKOFF.1);
             self.pause(retry_in);
+        }
+    }
+
+    /// One of `tries`, until it ends.
+    fn attempt(&mut self, tries: &[Try], turn: usize) -> End {
+        self.connected = false;
+        let Some(this) = tries.get(turn % tries.len().max(1)) else {
+            return End::Stopped;
+        };
+        match this.open(self.name.device) {
+            Ok(link) => self.serve(link, this.baud, tries.len() > 1 && !self.found),
+            Err(error) => End::Failed(error),
         }
     }
 
@@ -234,17 +242,15 @@ impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
                     }
                 }
                 Output::Event(event) => {
+                    if let Some(error) = D::fault(&event, &self.name) {
+                        // Last words first: a driver that gives up still turns its laser off.
+                        flush(driver, link);
+                        return Err(End::Failed(error));
+                    }
                     self.connected |= D::is_connected(&event);
                     self.found |= self.connected;
                     if D::is_proof_of_life(&event) {
                         self.backoff = BACKOFF.0;
-                    }
-                    if D::is_fault(&event) {
-                        // Last words first: a driver that gives up still turns its laser off.
-                        flush(driver, link);
-                        if let Some(error) = D::fault(&event, &self.name) {
-                            return Err(End::Failed(error));
-                        }
                     }
                     if !self.tell(PortEvent::Device(event)) {
                         self.stop.store(true, Ordering::Relaxed);

@@ -13,7 +13,7 @@ use super::head_memory::HeadMemory;
 use super::known::{DeviceNote, Known};
 use super::plan::{HeadFacts, LaserFacts, SweepPlan, SweepRequest};
 use super::port::PortEvent;
-use super::port_name::{Line, PortName};
+use super::port_name::{Line, PortName, ports};
 use super::report::{DevicesReport, HeadReport, LaserReport};
 use super::sweep_run::{PortNames, RunAction, SweepRun};
 use super::wires::{PortThreads, Told, Wires};
@@ -342,16 +342,4 @@ impl Drop for Station {
         // What nobody asked about is remembered all the same.
         self.catch_up();
     }
-}
-
-fn ports(settings: &Settings) -> (PortName, PortName) {
-    let port = |device, name: &String, baud| PortName {
-        device,
-        name: name.clone(),
-        baud,
-    };
-    (
-        port(Device::Laser, &settings.laser.port, settings.laser.baud),
-        port(Device::Head, &settings.ptu.port, settings.ptu.baud),
-    )
 }

@@ -163,7 +163,7 @@ impl StationRobot {
 
 fn away(error: DeviceError) -> Away {
     Away {
-        absent: matches!(error, DeviceError::Port { .. }),
+        absent: error.is_absence(),
         reason: error.to_string(),
     }
 }
@@ -175,6 +175,7 @@ fn concerns_head(error: &DeviceError) -> bool {
         E::Port { device, .. }
         | E::Silent { device, .. }
         | E::WrongDevice { device, .. }
+        | E::OtherUnit { device, .. }
         | E::Fault { device, .. }
         | E::NotConnected { device, .. }
         | E::Overdue { device, .. }

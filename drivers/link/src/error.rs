@@ -18,6 +18,16 @@ pub enum LinkError {
         /// What the system said.
         detail: String,
     },
+    /// A name by identity that several devices go by.
+    #[error(
+        "{name} fits several devices: {fitting}; add the serial number of the right one, or name its port by where it is plugged in (/dev/serial/by-path)"
+    )]
+    Several {
+        /// The name.
+        name: String,
+        /// All that fit.
+        fitting: String,
+    },
     /// Another process holds the port.
     #[error(
         "{name} is in use by {by}: stop it, or keep it off this port (the udev rules keep ModemManager off), and try again"

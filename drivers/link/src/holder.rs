@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// Programs that have the node behind `path` open, as `name (pid N)`; those of other users are seen by root alone.
-pub(crate) fn holders(path: &str) -> Vec<String> {
+pub fn holders(path: &str) -> Vec<String> {
     let Ok(node) = Path::new(path).canonicalize() else {
         return Vec::new();
     };

@@ -11,14 +11,17 @@ mod replay;
 mod serial;
 mod tcp;
 mod transcript;
+mod usb;
 
 pub use error::LinkError;
+pub use holder::holders;
 pub use pty::PseudoTerminal;
 pub use record::Recorder;
 pub use replay::{Replay, ReplayFault};
 pub use serial::SerialLink;
 pub use tcp::TcpLink;
 pub use transcript::{Direction, Entry, Transcript, TranscriptError};
+pub use usb::{BadUsbName, Candidate, UsbDevice, UsbName, candidates};
 
 use std::time::Duration;
 

@@ -39,6 +39,7 @@ fn port(device: Device) -> PortName {
         device,
         name: format!("/dev/pts/{device}"),
         baud: 9600,
+        unit: None,
     }
 }
 

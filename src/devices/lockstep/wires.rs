@@ -56,6 +56,7 @@ impl<D: Driver> Line<D> {
                 device,
                 name: format!("/dev/pts/{device}"),
                 baud: 9600,
+                unit: None,
             },
             driver: None,
             open_at: now,
@@ -72,8 +73,11 @@ impl<D: Driver> Line<D> {
     }
 
     fn close(&mut self, error: DeviceError, now: Duration) -> PortEvent<D::Event> {
-        let absent = matches!(error, DeviceError::Port { .. });
-        let most = if absent { ABSENT_RETRY } else { BACKOFF.1 };
+        let most = if error.is_absence() {
+            ABSENT_RETRY
+        } else {
+            BACKOFF.1
+        };
         let retry_in = self.backoff.min(most);
         self.driver = None;
         self.open_at = now + retry_in;
@@ -122,9 +126,7 @@ impl<D: Driver> Line<D> {
                     if D::is_proof_of_life(&event) {
                         self.backoff = BACKOFF.0;
                     }
-                    if D::is_fault(&event) {
-                        end = D::fault(&event, &self.name);
-                    }
+                    end = D::fault(&event, &self.name);
                     if end.is_none() {
                         tell(PortEvent::Device(event));
                     }

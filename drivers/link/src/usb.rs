@@ -1,0 +1,317 @@
+//! Ports by who hangs on them: USB vendor, product and serial number instead of a node's number, which changes with the order
+//! of plugging.
+
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+
+use serialport::{SerialPortType, UsbPortInfo};
+
+use crate::LinkError;
+
+/// Where the system lists its terminals.
+const TERMINALS: &str = "/sys/class/tty";
+
+/// A serial port of this machine, as the system tells of it; nothing was asked of the device.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Candidate {
+    /// Its node, for one `/dev/ttyACM0`.
+    pub path: String,
+    /// What sits behind it, if that is USB.
+    pub usb: Option<UsbDevice>,
+}
+
+/// A device or adapter on USB, from its descriptor.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UsbDevice {
+    /// Vendor.
+    pub vendor: u16,
+    /// Product.
+    pub product: u16,
+    /// Serial number, if it has one.
+    pub serial: Option<String>,
+    /// What it calls itself.
+    pub name: Option<String>,
+}
+
+/// A port's name by identity: `usb:VVVV:PPPP` or `usb:VVVV:PPPP:SERIAL`, vendor and product in hexadecimal.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UsbName {
+    vendor: u16,
+    product: u16,
+    serial: Option<String>,
+}
+
+/// A text that names no port by identity.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{0} is no USB name: usb:VVVV:PPPP or usb:VVVV:PPPP:SERIAL, vendor and product as four hexadecimal digits (lsusb shows them)"
+)]
+pub struct BadUsbName(String);
+
+impl UsbName {
+    /// Whether `text` means to be such a name.
+    pub fn is_meant(text: &str) -> bool {
+        text.starts_with("usb:")
+    }
+
+    /// The only one of `candidates` that goes by this name.
+    ///
+    /// # Errors
+    /// [`LinkError::NotFound`] with what there is instead, [`LinkError::Several`] with all that fit.
+    pub fn only<'a>(&self, candidates: &'a [Candidate]) -> Result<&'a Candidate, LinkError> {
+        let mut fitting = candidates.iter().filter(|c| self.fits(c));
+        match (fitting.next(), fitting.next()) {
+            (Some(only), None) => Ok(only),
+            (None, _) => Err(LinkError::NotFound {
+                name: self.to_string(),
+                detail: match listed(candidates.iter().filter(|c| c.usb.is_some())) {
+                    none if none.is_empty() => "no serial port on USB is there".to_owned(),
+                    others => format!("on USB: {others}"),
+                },
+            }),
+            (Some(_), Some(_)) => Err(LinkError::Several {
+                name: self.to_string(),
+                fitting: listed(candidates.iter().filter(|c| self.fits(c))),
+            }),
+        }
+    }
+
+    /// Vendor's number.
+    pub fn vendor(&self) -> u16 {
+        self.vendor
+    }
+
+    /// Whether `candidate` goes by this name.
+    pub fn fits(&self, candidate: &Candidate) -> bool {
+        candidate.usb.as_ref().is_some_and(|usb| {
+            let named = self.serial.is_none() || self.serial == usb.serial;
+            usb.vendor == self.vendor && usb.product == self.product && named
+        })
+    }
+}
+
+impl FromStr for UsbName {
+    type Err = BadUsbName;
+
+    fn from_str(text: &str) -> Result<Self, BadUsbName> {
+        let bad = || BadUsbName(text.to_owned());
+        let mut parts = text.strip_prefix("usb:").ok_or_else(bad)?.splitn(3, ':');
+        let mut id = || {
+            let digits = parts.next().filter(|d| d.len() == 4);
+            let digits = digits.filter(|d| d.bytes().all(|b| b.is_ascii_hexdigit()));
+            digits
+                .and_then(|d| u16::from_str_radix(d, 16).ok())
+                .ok_or_else(bad)
+        };
+        let (vendor, product) = (id()?, id()?);
+        let serial = parts.next().map(str::to_owned);
+        if serial.as_ref().is_some_and(String::is_empty) {
+            return Err(bad());
+        }
+        Ok(Self {
+            vendor,
+            product,
+            serial,
+        })
+    }
+}
+
+impl fmt::Display for UsbName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "usb:{:04x}:{:04x}", self.vendor, self.product)?;
+        self.serial.iter().try_for_each(|s| write!(f, ":{s}"))
+    }
+}
+
+impl UsbDevice {
+    /// The fullest name that fits it.
+    pub fn id(&self) -> UsbName {
+        UsbName {
+            vendor: self.vendor,
+            product: self.product,
+            serial: self.serial.clone().filter(|s| !s.is_empty()),
+        }
+    }
+}
+
+impl From<UsbPortInfo> for UsbDevice {
+    fn from(info: UsbPortInfo) -> Self {
+        Self {
+            vendor: info.vid,
+            product: info.pid,
+            serial: info.serial_number,
+            name: info.product,
+        }
+    }
+}
+
+impl fmt::Display for Candidate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.path)?;
+        match &self.usb {
+            Some(usb) => write!(f, " ({})", usb.id()),
+            None => Ok(()),
+        }
+    }
+}
+
+fn listed<'a>(candidates: impl Iterator<Item = &'a Candidate>) -> String {
+    let told: Vec<String> = candidates.map(ToString::to_string).collect();
+    told.join(", ")
+}
+
+/// All serial ports of this machine with a device behind them, by path. Terminals without (pseudo-terminals, the console) are
+/// none.
+///
+/// # Errors
+/// [`LinkError::Io`] where the system does not tell.
+pub fn candidates() -> Result<Vec<Candidate>, LinkError> {
+    // A machine without this folder (a container) has no ports; the library would panic.
+    if !Path::new(TERMINALS).is_dir() {
+        return Ok(Vec::new());
+    }
+    let ports = serialport::available_ports().map_err(|e| LinkError::Io {
+        name: TERMINALS.to_owned(),
+        source: e.into(),
+    })?;
+    let mut found: Vec<Candidate> = ports
+        .into_iter()
+        .map(|port| Candidate {
+            path: port.port_name,
+            usb: match port.port_type {
+                SerialPortType::UsbPort(info) => Some(info.into()),
+                _ => None,
+            },
+        })
+        .collect();
+    found.sort_by(|a, b| a.path.cmp(&b.path));
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Candidate, UsbDevice, UsbName, candidates};
+    use crate::LinkError;
+    use proptest::prelude::*;
+
+    fn on_usb(path: &str, vendor: u16, product: u16, serial: Option<&str>) -> Candidate {
+        Candidate {
+            path: path.to_owned(),
+            usb: Some(UsbDevice {
+                vendor,
+                product,
+                serial: serial.map(str::to_owned),
+                name: None,
+            }),
+        }
+    }
+
+    /// A robot with two lasers of one make, two adapters of one make, and a UART of the board.
+    fn robot() -> Vec<Candidate> {
+        vec![
+            on_usb("/dev/ttyACM0", 0x15d1, 0x0000, None),
+            on_usb("/dev/ttyACM1", 0x15d1, 0x0000, None),
+            on_usb("/dev/ttyUSB0", 0x0403, 0x6001, Some("A1B2C3D4")),
+            on_usb("/dev/ttyUSB1", 0x0403, 0x6001, Some("A1:ZZ")),
+            Candidate {
+                path: "/dev/ttyS0".to_owned(),
+                usb: None,
+            },
+        ]
+    }
+
+    fn name(text: &str) -> UsbName {
+        text.parse().expect(text)
+    }
+
+    #[test]
+    fn a_device_is_found_wherever_it_was_plugged_in() {
+        let mut there = robot();
+        let wanted = name("usb:0403:6001:A1B2C3D4");
+        assert_eq!(wanted.only(&there).expect("there").path, "/dev/ttyUSB0");
+        there[2].path = "/dev/ttyUSB7".to_owned();
+        assert_eq!(wanted.only(&there).expect("there").path, "/dev/ttyUSB7");
+        let with_colon = name("usb:0403:6001:A1:ZZ");
+        assert_eq!(with_colon.only(&there).expect("there").path, "/dev/ttyUSB1");
+    }
+
+    #[test]
+    fn none_is_refused_with_what_there_is_instead() {
+        let error = name("usb:067b:2303").only(&robot()).expect_err("not there");
+        let text = error.to_string();
+        assert!(matches!(error, LinkError::NotFound { .. }));
+        assert!(
+            text.contains("usb:067b:2303")
+                && text.contains("/dev/ttyUSB0 (usb:0403:6001:A1B2C3D4)"),
+            "{text}"
+        );
+        assert!(!text.contains("ttyS0"), "{text}");
+        let text = name("usb:067b:2303")
+            .only(&[])
+            .expect_err("none")
+            .to_string();
+        assert!(text.contains("no serial port on USB"), "{text}");
+    }
+
+    #[test]
+    fn of_several_none_is_guessed() {
+        let error = name("usb:15d1:0000").only(&robot()).expect_err("two");
+        let text = error.to_string();
+        assert!(matches!(error, LinkError::Several { .. }));
+        assert!(
+            text.contains("/dev/ttyACM0") && text.contains("/dev/ttyACM1"),
+            "{text}"
+        );
+        assert!(matches!(
+            name("usb:0403:6001").only(&robot()),
+            Err(LinkError::Several { .. })
+        ));
+    }
+
+    #[test]
+    fn what_is_no_name_is_refused() {
+        for text in [
+            "usb:",
+            "usb:15d1",
+            "usb:15d1:",
+            "usb:15d1:0",
+            "usb:15d1:00000",
+            "usb:15dg:0000",
+            "usb:+5d1:0000",
+            "usb:15d1:0000:",
+            "/dev/ttyACM0",
+            "15d1:0000",
+            "USB:15d1:0000",
+        ] {
+            let error = text.parse::<UsbName>().expect_err(text).to_string();
+            assert!(
+                error.contains(text) && error.contains("usb:VVVV:PPPP"),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn this_machine_tells_its_ports_in_order_and_without_pseudo_terminals() {
+        let here = candidates().expect("told");
+        assert!(here.is_sorted_by(|a, b| a.path < b.path), "{here:?}");
+        assert!(
+            here.iter()
+                .all(|c| c.path.starts_with("/dev/") && !c.path.contains("/pts/"))
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn a_device_goes_by_its_own_name(
+            vendor: u16, product: u16, serial in proptest::option::of("[!-~]{1,12}")
+        ) {
+            let there = [on_usb("/dev/ttyUSB3", vendor, product, serial.as_deref())];
+            let id = there[0].usb.as_ref().expect("usb").id();
+            let written: UsbName = id.to_string().parse().expect("its own words");
+            prop_assert_eq!(&written, &id);
+            prop_assert_eq!(written.only(&there).expect("it"), &there[0]);
+        }
+    }
+}
