@@ -2,8 +2,10 @@
 
 mod home;
 mod park;
+mod travel;
 mod watch;
 
+use self::travel::Stance;
 use super::cancel::Cancel;
 use super::clock::Clock;
 use super::constants::{BITS_PER_BYTE, CONNECT_LIMIT, HEALTH_LIMIT, OPEN_LIMIT};
@@ -30,6 +32,8 @@ pub struct Station {
     laser_port: PortName,
     head_port: PortName,
     ptu: PtuSettings,
+    /// Where the last sweep that succeeded began.
+    begun_at: Option<Stance>,
 }
 
 impl Station {
@@ -140,6 +144,7 @@ impl Station {
             laser_port,
             head_port,
             ptu: settings.ptu.clone(),
+            begun_at: None,
         }
     }
 
@@ -247,6 +252,7 @@ impl Station {
             laser: self.laser_port.name.clone(),
             head: self.head_port.name.clone(),
         };
+        let begins_at = Stance::before(&plan);
         let mut run = SweepRun::new(plan, names, self.wires.now());
         loop {
             self.carry_out(&mut run);
@@ -254,6 +260,7 @@ impl Station {
                 if matches!(outcome, Err(DeviceError::Stalled { .. })) {
                     self.known.distrusted("an axis stalled");
                 }
+                self.begun_at = begins_at.filter(|_| outcome.is_ok());
                 return outcome;
             }
             if cancel.is_cancelled() {

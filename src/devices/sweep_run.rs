@@ -374,7 +374,8 @@ fn axis_name(axis: Axis) -> &'static str {
     }
 }
 
-fn stalled(port: String, axis: Axis, at_steps: i32, target_steps: i32) -> DeviceError {
+/// An axis that did not come where it was sent.
+pub(super) fn stalled(port: String, axis: Axis, at_steps: i32, target_steps: i32) -> DeviceError {
     DeviceError::Stalled {
         port,
         axis: axis_name(axis),

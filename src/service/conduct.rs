@@ -229,6 +229,14 @@ impl Conductor {
                 }
                 Event::SweepDone(id)
             }
+            RobotEvent::Returned(took) => {
+                let return_ms = Some(took.as_secs_f64() * 1e3);
+                self.hands
+                    .status
+                    .send_modify(|status| status.devices.return_ms = return_ms);
+                // Nothing follows from it.
+                Event::Tick
+            }
             RobotEvent::SweepFailed(id, fault) => Event::SweepFailed {
                 id,
                 reason: fault.reason,

@@ -132,6 +132,10 @@ pub struct DevicesStatus {
     pub reason: Option<String>,
     /// Who answered when they were opened last.
     pub identity: serde_json::Value,
+    /// How long the head took back to the begin of the last sweep, while that was judged, on the devices' clock; null where
+    /// it did not yet.
+    #[serde(default)]
+    pub return_ms: Option<f64>,
 }
 
 /// The request in hand in the status.

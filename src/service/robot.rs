@@ -7,6 +7,7 @@ use crate::sweep::RawSweep;
 use serde_json::Value;
 use std::fmt;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Devices that are connected and homed. Dropping it turns the laser off, stops the head and lets the ports go.
 pub trait Robot: Send {
@@ -45,6 +46,12 @@ pub trait Robot: Send {
         waypoint: Option<&str>,
         cancel: &Cancel,
     ) -> Result<RawSweep, Fault>;
+
+    /// Brings the head back to where the last sweep began, while that is judged; blocks. How long it took, on the devices'
+    /// clock; `None` where it stays.
+    fn go_back(&mut self, _cancel: &Cancel) -> Option<Duration> {
+        None
+    }
 }
 
 /// Why there is no robot.

@@ -1,6 +1,8 @@
 //! The thread that owns the robot: its calls block, so they have a thread of their own, and a bound each.
 
-use super::constants::{LEG_LIMIT, LINE_LIMIT, OPEN_LIMIT, RECOVERY_LIMIT, TILT_SLACK, WATCH_PACE};
+use super::constants::{
+    BACK_LIMIT, LEG_LIMIT, LINE_LIMIT, OPEN_LIMIT, RECOVERY_LIMIT, TILT_SLACK, WATCH_PACE,
+};
 use super::robot::{Away, Connect, Fault, Notes, Robot};
 use crate::config::{Settings, SweepMode};
 use crate::devices::{Cancel, Clock};
@@ -26,6 +28,8 @@ pub enum RobotEvent {
     Closed,
     /// A sweep, for the request of that number.
     Swept(u64, Box<RawSweep>),
+    /// The head is back where the last sweep began, after so long on the devices' clock.
+    Returned(Duration),
     /// No sweep, for the request of that number.
     SweepFailed(u64, Fault),
 }
@@ -160,7 +164,11 @@ impl<F: FnMut(RobotEvent)> Owner<F> {
         match order {
             Order::Open(settings, cancel) => self.open(settings, &cancel),
             Order::Sweep(id, settings, waypoint, cancel) => {
-                Some(self.sweep(id, &settings, waypoint.as_deref(), &cancel))
+                let event = self.sweep(id, &settings, waypoint.as_deref(), &cancel);
+                let swept = matches!(event, RobotEvent::Swept(..));
+                // Whoever judges it begins now.
+                (self.tell)(event);
+                if swept { self.go_back(&cancel) } else { None }
             }
             Order::Distrust => {
                 self.robot.as_mut()?.distrust();
@@ -236,6 +244,13 @@ impl<F: FnMut(RobotEvent)> Owner<F> {
             Ok(raw) => RobotEvent::Swept(id, Box::new(raw)),
             Err(fault) => RobotEvent::SweepFailed(id, fault),
         }
+    }
+
+    fn go_back(&mut self, cancel: &Cancel) -> Option<RobotEvent> {
+        self.begin(BACK_LIMIT);
+        let took = self.robot.as_mut().and_then(|robot| robot.go_back(cancel));
+        self.end();
+        took.map(RobotEvent::Returned)
     }
 
     fn begin(&self, limit: Duration) {

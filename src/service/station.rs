@@ -12,6 +12,7 @@ use std::collections::HashMap;
 use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
+use std::time::Duration;
 
 /// Opens a station: how it comes to its ports is nobody else's concern.
 type Open = dyn FnMut(&Settings, mpsc::Sender<DeviceNote>, &HeadMemory, &Cancel) -> Result<Station, DeviceError>
@@ -148,6 +149,11 @@ impl Robot for StationRobot {
                 lost,
             }
         })
+    }
+
+    fn go_back(&mut self, cancel: &Cancel) -> Option<Duration> {
+        // What went wrong is in the notes, and the next sweep meets it again.
+        self.station.go_back(cancel).ok().flatten()
     }
 }
 

@@ -6,3 +6,4 @@ mod faults;
 mod lost_steps;
 mod patrol;
 mod plugs;
+mod way_back;

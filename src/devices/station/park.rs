@@ -1,13 +1,12 @@
 //! Laying both devices to rest at the end of the work.
 
 use super::Station;
-use crate::devices::constants::STEP_LIMIT;
-use crate::devices::error::{Device, DeviceError};
-use crate::devices::head::{HeadCommand, HeadEvent};
+use super::travel::Stance;
+use crate::devices::cancel::Cancel;
+use crate::devices::error::DeviceError;
+use crate::devices::head::HeadCommand;
 use crate::devices::laser::LaserCommand;
-use crate::devices::port::PortEvent;
-use crate::devices::wires::Told;
-use ptu::Axis;
+use ptu::{Axis, AxisIdentity};
 
 impl Station {
     /// Lays everything to rest: laser off, head to 0, 0 if its position is trusted (else halted), hold power low.
@@ -27,17 +26,15 @@ impl Station {
             (identity.pan, identity.tilt)
         };
         self.wires.head(HeadCommand::HoldLow);
-        for (name, axis) in [(Axis::Pan, &pan), (Axis::Tilt, &tilt)] {
-            let speed = axis
-                .base_speed
-                .clamp(axis.speed_min, axis.speed_max.max(axis.speed_min));
-            self.wires.head(HeadCommand::SetSpeed(name, speed));
-            self.wires.head(HeadCommand::MoveTo(name, 0));
-        }
-        for axis in [Axis::Pan, Axis::Tilt] {
-            self.wait_at_zero(axis)?;
-        }
-        self.wires.head(HeadCommand::Watch(None));
+        let speed = |axis: &AxisIdentity| {
+            let most = axis.speed_max.max(axis.speed_min);
+            axis.base_speed.clamp(axis.speed_min, most)
+        };
+        let rest = Stance {
+            steps: [0, 0],
+            steps_per_s: [speed(&pan), speed(&tilt)],
+        };
+        self.travel(&rest, &Cancel::new())?;
         self.leave_mark();
         Ok(())
     }
@@ -48,33 +45,5 @@ impl Station {
             self.wires.head(HeadCommand::SetSpeed(Axis::Pan, pan));
             self.wires.head(HeadCommand::SetSpeed(Axis::Tilt, tilt));
         }
-    }
-
-    fn wait_at_zero(&mut self, wanted: Axis) -> Result<(), DeviceError> {
-        self.wires.head(HeadCommand::Watch(Some(wanted)));
-        let until = self.wires.now() + STEP_LIMIT;
-        while self.wires.now() < until {
-            match self.next(until) {
-                Some(Told::Head(PortEvent::Lost { error, .. })) => return Err(error),
-                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Position {
-                    axis,
-                    steps: 0,
-                    ..
-                }))))
-                    if axis == wanted =>
-                {
-                    return Ok(());
-                }
-                _ => {}
-            }
-        }
-        self.wires.head(HeadCommand::Watch(None));
-        self.wires.head(HeadCommand::Halt);
-        Err(DeviceError::Overdue {
-            device: Device::Head,
-            port: self.head_port.name.clone(),
-            what: "parking",
-            limit_s: STEP_LIMIT.as_secs(),
-        })
     }
 }

@@ -137,6 +137,7 @@ impl Conductor {
                 state: state.to_owned(),
                 reason,
                 identity: std::mem::take(&mut status.devices.identity),
+                return_ms: status.devices.return_ms,
             };
             status.current = current;
             status.waiting = waiting;

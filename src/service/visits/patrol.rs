@@ -40,6 +40,10 @@ pub struct Patrol {
     pub machine: Machine,
     /// What the log of events says.
     pub log: Vec<String>,
+    /// How long the last sweep took.
+    pub swept: Duration,
+    /// How long the head took back after the last sweep.
+    pub returned: Option<Duration>,
     /// Sweeps begun.
     pub sweeps: usize,
     connect: StationConnect,
@@ -121,6 +125,8 @@ impl Patrol {
             devices,
             machine,
             log: Vec::new(),
+            swept: Duration::ZERO,
+            returned: None,
             sweeps: 0,
             connect,
             robot: None,
@@ -299,6 +305,7 @@ impl Patrol {
                 lost: true,
             }),
         };
+        self.swept = self.devices.now() - begun;
         let longest = super::super::robot_thread::longest_sweep(&self.settings, Some("hall"));
         assert!(
             self.devices.now() - begun < longest,
@@ -308,6 +315,8 @@ impl Patrol {
         self.events.push_back(match taken {
             Ok(raw) => {
                 self.raw = Some(raw);
+                let back = self.robot.as_mut().map(|r| r.go_back(&Cancel::new()));
+                self.returned = back.flatten();
                 Event::SweepDone(id)
             }
             Err(fault) => Event::SweepFailed {

@@ -1,0 +1,54 @@
+//! While a sweep is judged the head goes back to where it began, so that the next one does not wait for it.
+
+use super::patrol::{Patrol, taught};
+use crate::devices::EmulationOptions;
+use crate::novelty::Verdict;
+use std::time::Duration;
+
+#[test]
+fn the_next_sweep_finds_the_head_where_it_begins() {
+    let mut patrol = Patrol::that_knows(&taught(), EmulationOptions::seeded(50));
+    patrol.until_ready(true).expect("ready");
+    let stands = |patrol: &Patrol| patrol.devices.with(|e| e.attitude_rad());
+    let mut swept = Vec::new();
+    let mut places = Vec::new();
+    for _ in 0..3 {
+        let seen = patrol.visit();
+        assert_eq!(
+            (seen.verdict, patrol.sweeps),
+            (Verdict::Quiet, swept.len() + 1)
+        );
+        swept.push(patrol.swept);
+        places.push(stands(&patrol));
+        let back = patrol.returned.expect("it went back");
+        // 60 deg and the margins at both ends, at 51 deg/s, ramps and a look every few hundredths of a second.
+        assert!(
+            (1.2..1.8).contains(&back.as_secs_f64()),
+            "{back:?} for the way back"
+        );
+    }
+    eprintln!("sweeps {swept:?}, the way back {:?}", patrol.returned);
+    assert_eq!(places[0], places[1]);
+    assert_eq!(places[1], places[2]);
+    // From 0, 0 the first had to go half of the way.
+    let [first, second, third] = swept[..] else {
+        panic!("three");
+    };
+    assert!(second + Duration::from_millis(300) < first, "{swept:?}");
+    assert!(third + Duration::from_millis(300) < first, "{swept:?}");
+}
+
+#[test]
+fn a_head_that_is_stuck_on_its_way_back_is_homed_before_the_next_sweep() {
+    let mut patrol = Patrol::that_knows(&taught(), EmulationOptions::seeded(51));
+    patrol.until_ready(true).expect("ready");
+    // The sweep ends 13.3 s after its visit begins.
+    patrol.inject("ptu.stuck:at=13.8,for=60,axis=tilt");
+    let seen = patrol.visit();
+    assert_eq!(seen.verdict, Verdict::Quiet, "{seen:?} {:?}", patrol.log);
+    assert_eq!(patrol.returned, None);
+    patrol.idle(Duration::from_secs(60));
+    let seen = patrol.visit();
+    assert_eq!(seen.verdict, Verdict::Quiet, "{seen:?} {:?}", patrol.log);
+    assert!(patrol.returned.is_some());
+}
