@@ -3,6 +3,7 @@
 
 use super::calibration_report::{lines, report};
 use super::failure::{DONE, Failure, Outcome};
+use super::sweep::park;
 use super::{config, files, output, signals};
 use crate::config::Settings;
 use crate::devices::{
@@ -97,8 +98,9 @@ fn take(
             .iter()
             .map(|request| station.sweep(request, cancel))
             .collect();
-        station.park()?;
-        sweeps
+        let sweeps = sweeps?;
+        park(&mut station);
+        Ok::<_, DeviceError>(sweeps)
     })();
     drop(station);
     for note in heard.try_iter().filter(|n| n.level > NoteLevel::Info) {

@@ -121,7 +121,7 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
         }
         let request = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
         let raw = station.sweep(&request, cancel)?;
-        station.park()?;
+        park(&mut station);
         Ok(raw)
     })();
     drop(station);
@@ -130,6 +130,13 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
     }
     let raw = taken.map_err(|error: crate::devices::DeviceError| Failure::failed(error))?;
     assemble(&raw).map_err(Failure::failed)
+}
+
+/// Parks. What was measured stands, whatever becomes of the head after it; it is told on standard error.
+pub(super) fn park(station: &mut Station) {
+    if let Err(error) = station.park() {
+        eprintln!("patrold: not parked: {error}");
+    }
 }
 
 /// Writes the cloud and says what it is worth. A sweep that must not be judged is written all the same, and a failure.
