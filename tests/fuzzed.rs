@@ -133,3 +133,16 @@ fn a_scan_out_of_nothing_is_seen() {
 fn no_body_is_forgotten() {
     assert_eq!(ALL.len(), 10);
 }
+
+#[test]
+#[ignore = "writes fuzz/corpus, from which cargo-fuzz begins"]
+fn seeds_for_cargo_fuzz() {
+    let corpus = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    for (name, _, seeds) in ALL {
+        let folder = corpus.join(name);
+        std::fs::create_dir_all(&folder).expect("made");
+        for (number, seed) in seeds().into_iter().enumerate() {
+            std::fs::write(folder.join(format!("seed-{number}")), seed).expect("written");
+        }
+    }
+}
