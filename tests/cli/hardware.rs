@@ -94,6 +94,25 @@ fn a_calibration_finds_what_the_emulators_hide_and_its_kept_sweeps_tell_the_same
     let mut again = vec!["calibrate", "--json"];
     again.extend(kept.iter().map(String::as_str));
     assert_eq!(patrold(dir.path(), &again).json(), found);
+
+    // Known to be level, the floor tells the pitch from the same sweeps.
+    again.extend(["--level-floor", "0.05"]);
+    let ran = patrold(dir.path(), &again);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    let levelled = ran.json();
+    schema::check("calibrate", &levelled);
+    let all = levelled["parameters"].as_array().into_iter().flatten();
+    let pitch = all.clone().find(|p| p["name"] == "pitch").expect("listed");
+    let [value, sigma] = ["value", "sigma"].map(|key| pitch[key].as_f64());
+    let error = (value.expect("a value") + 0.6).abs();
+    assert!(error < 4.0 * sigma.expect("a sigma"), "pitch in {levelled}");
+    again.truncate(again.len() - 1);
+    again.push("0");
+    assert_eq!(
+        patrold(dir.path(), &again).code,
+        2,
+        "no floor is that level"
+    );
 }
 
 #[test]
@@ -111,6 +130,58 @@ fn emulated_devices_say_who_they_are() {
         "{json}"
     );
     assert_eq!(json["ptu"]["port"], "ptu");
+    // Pseudo-terminals are no ports of the machine.
+    let ports = json["ports"].as_array().expect("a list");
+    assert!(ports.iter().all(|p| p["path"] != "ptu"), "{json}");
+}
+
+#[test]
+fn a_unit_that_is_not_the_one_wanted_is_refused_by_name() {
+    let dir = folder();
+    let _emulator = emulated(dir.path(), &["--laser-option", "serial=00900001"]);
+    let config = fs::read_to_string(dir.path().join("c.toml")).expect("there");
+    for (wanted, refused) in [
+        (
+            "laser.serial = \"H0900001\"\nptu.version = \"v2.12\"\n",
+            None,
+        ),
+        ("laser.serial = \"H0706400\"\n", Some(("laser", "H0706400"))),
+        ("ptu.version = \"v9.99\"\n", Some(("ptu", "v9.99"))),
+    ] {
+        fs::write(dir.path().join("c.toml"), format!("{config}{wanted}")).expect("written");
+        let ran = patrold(dir.path(), &["devices", "--config", "c.toml", "--json"]);
+        let json = ran.json();
+        schema::check("devices", &json);
+        assert_eq!(ran.code, i32::from(refused.is_some()), "{ran:?}");
+        for device in ["laser", "ptu"] {
+            let error = json[device]["error"].as_str();
+            let Some((_, unit)) = refused.filter(|(who, _)| *who == device) else {
+                assert_eq!(error, None, "{wanted}: {json}");
+                continue;
+            };
+            let error = error.unwrap_or_default();
+            let key = wanted.split(' ').next().unwrap_or_default();
+            assert!(error.contains(unit) && error.contains(key), "{error}");
+        }
+    }
+}
+
+#[test]
+fn a_port_by_identity_that_is_not_there_is_told_with_what_is() {
+    let dir = folder();
+    let config = "laser.port = \"usb:15d1:ffff:NONE\"\nptu.port = \"usb:0403:6001:NONE\"\n";
+    fs::write(dir.path().join("c.toml"), config).expect("written");
+    let ran = patrold(dir.path(), &["devices", "--config", "c.toml", "--json"]);
+    let json = ran.json();
+    schema::check("devices", &json);
+    assert_eq!(ran.code, 1);
+    for (device, name) in [
+        ("laser", "usb:15d1:ffff:NONE"),
+        ("ptu", "usb:0403:6001:NONE"),
+    ] {
+        let error = json[device]["error"].as_str().unwrap_or_default();
+        assert!(error.contains(name) && error.contains("on USB"), "{error}");
+    }
 }
 
 #[test]

@@ -189,15 +189,19 @@ impl Problem<'_> {
     /// Covariance of the unknowns at a solution: no smaller than beams independent of each other would have it, nor than
     /// what the surfaces show, whose beams err together at one pan (things on walls, edges, noise that is not the law's):
     /// by how much the answer moves where one surface at one pan is left out (jackknife by clusters, its step linear: the
-    /// CR3 of Bell and McCaffrey). The plain sandwich is too small for the few surfaces of a room. `None` where something
-    /// is not determined.
+    /// CR3 of Bell and McCaffrey). The plain sandwich is too small for the few surfaces of a room. A surface known to be level
+    /// is left out a leg at a time: how even it is is part of what is known of it, and without it nothing is. `None` where
+    /// something is not determined.
     pub fn covariance(&self, state: &State, normal: &Normal) -> Option<DMatrix<f64>> {
         let alone = normal.covariance()?;
         let chain = Chain::new(self.mount, &state.shared);
-        let mut clusters: BTreeMap<(usize, u64), Normal> = BTreeMap::new();
+        let mut clusters: BTreeMap<(usize, u64, Option<usize>), Normal> = BTreeMap::new();
+        let level = self.level.map(|(plane, _)| plane);
         for on in self.met {
             let row = self.row(&chain, state, on);
-            let cluster = (on.plane, self.beams[on.beam].pan_rad.to_bits());
+            let beam = &self.beams[on.beam];
+            let leg = (level == Some(on.plane)).then_some(beam.leg);
+            let cluster = (on.plane, beam.pan_rad.to_bits(), leg);
             clusters
                 .entry(cluster)
                 .or_insert_with(|| Normal::new(state.unknowns()))
