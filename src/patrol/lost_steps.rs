@@ -7,21 +7,9 @@
 
 mod bend;
 
+use super::constants::{LEAST_BEND_RAD, MOST_SHIFT_M, OTHER_PLACE};
 use crate::novelty::{Detection, Reference};
 use crate::sweep::Sweep;
-
-/// Shift in the middle of a sweep from which the robot moved, metres: what a surface may lie off without being a novelty.
-const MOST_SHIFT_M: f64 = 0.02;
-
-/// Turn in the middle of a sweep from which steps were lost, radians: a quarter of a degree. A robot that stands askew does not
-/// turn meanwhile, so what is suspected of a whole view is no bound; twice what a visit without loss was ever bent by, and what
-/// is left of half a degree in a sweep's last three lines.
-const LEAST_BEND_RAD: f64 = 0.0044;
-
-/// Share of the flat surfaces below which, and of what either view saw of the other below which, the place is another one.
-/// What came hides the reference, what went lay bare; both at once is another room. Emulated rooms against one another: 0.56
-/// and 0.67 at most; the same room changed: 0.85 and 0.90 of the better view at least.
-const OTHER_PLACE: (f64, f64) = (0.65, 0.75);
 
 /// Turns from which steps count as lost.
 #[derive(Debug, Clone, Copy, PartialEq)]

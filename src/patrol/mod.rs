@@ -1,6 +1,7 @@
 //! Takes a view and a waypoint's reference, gives the inspection: the whole corridor in one call, and its
 //! report in the contract's words. Beside it the patrol's state machine: events in, actions out.
 
+mod constants;
 mod figure;
 pub mod action;
 pub mod event;

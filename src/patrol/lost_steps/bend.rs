@@ -5,31 +5,14 @@
 //! sweep, so that every instant is tried at the price of one pass.
 
 use crate::geometry::{Landmarks, Passage, Pose, RangeDrift, Registration};
+use crate::patrol::constants::{
+    BEND_AGREE_M, BEND_ALIKE, BEND_GATES_M, BEND_POINTS, BEND_PRIOR_SD, BEND_SIGMA_M,
+    BEND_STRETCHES, LEAST_BEND_GAIN,
+};
 use crate::sweep::Sweep;
 use nalgebra::{Point3, SMatrix, SVector, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
-/// Points that are looked at.
-const MOST_POINTS: usize = 12_000;
-/// Stretches of a sweep: one for each line of the default sweep.
-const STRETCHES: usize = 120;
-/// Gates of the passes, metres: from what 5 deg are at 5 m to what half a degree is at 3 m.
-const GATES_M: [f64; 7] = [0.45, 0.3, 0.2, 0.12, 0.07, 0.05, 0.05];
-/// Gate within which places count as agreeing, metres: several sigmas of the laser's noise at middle ranges.
-const AGREE_M: f64 = 0.03;
-/// Share of the points that a bend must explain better, to be one: of all, and of the smaller part. Visits of the emulated
-/// storeroom, changed or not, gain up to 6e-4 and 0.002 by bends of up to 0.13 deg that are none; half a degree lost gains
-/// 0.0012 and 0.012 at least (`service/visits/lost_steps.rs`).
-const LEAST_GAIN: [f64; 2] = [8e-4, 0.005];
-/// Standard deviation of a place's height over a plane, with what surfaces bend by, metres.
-const SIGMA_M: f64 = 0.008;
-/// Neighbouring places err together: one in so many counts.
-const ALIKE: f64 = 10.0;
-/// How far the unknowns may go at all, one standard deviation: metres and radians of the pose, metres and its share of the
-/// range for the drift, radians and metres of the bend.
-const PRIOR_SD: [f64; ALL] = [
-    0.1, 0.1, 0.1, 0.05, 0.05, 0.05, 0.01, 0.003, 0.1, 0.1, 0.1, 0.1,
-];
 /// Unknowns of a view that is not bent: six of the pose, two of the drift; and all of them.
 const STRAIGHT: usize = 8;
 const ALL: usize = 12;
@@ -64,7 +47,7 @@ struct Sample {
 struct Fit {
     pose: Pose,
     drift: RangeDrift,
-    /// Bent from this stretch on; [`STRETCHES`]: nowhere.
+    /// Bent from this stretch on; [`BEND_STRETCHES`]: nowhere.
     from: usize,
     /// Pan and tilt in radians, forward and left in metres.
     bend: [f64; 4],
@@ -88,15 +71,15 @@ pub fn find(landmarks: &Landmarks, sweep: &Sweep, registration: &Registration) -
     let start = Fit {
         pose: registration.current_from_reference.inverse(),
         drift: registration.drift,
-        from: STRETCHES,
+        from: BEND_STRETCHES,
         bend: [0.0; 4],
     };
     let bent = scene.follow(start, true);
     let straight = scene.follow(start, false);
     let gain = scene.agreement(&bent) - scene.agreement(&straight).max(scene.agreement(&start));
-    let after = bent.from as f64 / STRETCHES as f64;
+    let after = bent.from as f64 / BEND_STRETCHES as f64;
     let smaller = after.min(1.0 - after);
-    (gain >= LEAST_GAIN[0].max(LEAST_GAIN[1] * smaller) && smaller > 0.0).then(|| Bend {
+    (gain >= LEAST_BEND_GAIN[0].max(LEAST_BEND_GAIN[1] * smaller) && smaller > 0.0).then(|| Bend {
         after,
         pan_rad: bent.bend[0],
         tilt_rad: bent.bend[1],
@@ -107,7 +90,7 @@ pub fn find(landmarks: &Landmarks, sweep: &Sweep, registration: &Registration) -
 
 fn samples(sweep: &Sweep) -> Vec<Sample> {
     let count = sweep.view.points.len();
-    let step = count.div_ceil(MOST_POINTS).max(1);
+    let step = count.div_ceil(BEND_POINTS).max(1);
     let mut samples = Vec::with_capacity(count / step + 1);
     for part in &sweep.parts {
         // A tilt up turns about the axis the other way.
@@ -116,7 +99,7 @@ fn samples(sweep: &Sweep) -> Vec<Sample> {
             samples.extend(sweep.view.points.get(at).map(|point| Sample {
                 point: *point,
                 axis,
-                stretch: at * STRETCHES / count.max(1),
+                stretch: at * BEND_STRETCHES / count.max(1),
             }));
         }
     }
@@ -143,7 +126,7 @@ impl Scene<'_> {
 
     fn follow(&self, start: Fit, may_bend: bool) -> Fit {
         let mut fit = start;
-        for gate_m in GATES_M {
+        for gate_m in BEND_GATES_M {
             if let Some(next) = self.improved(&fit, gate_m, may_bend) {
                 fit = next;
             }
@@ -159,11 +142,11 @@ impl Scene<'_> {
         let straight = all.unbent();
         let (mut gain, mut solved, mut from) = {
             let (gain, solved) = straight.solve(fit)?;
-            (gain, solved, STRETCHES)
+            (gain, solved, BEND_STRETCHES)
         };
         if may_bend {
             let mut later = Sums::default();
-            for stretch in (1..STRETCHES).rev() {
+            for stretch in (1..BEND_STRETCHES).rev() {
                 later.add(&stretches[stretch]);
                 let mut sums = straight.clone();
                 sums.bend_by(&later);
@@ -191,7 +174,7 @@ impl Scene<'_> {
         let passage = Passage::to_reference(fit.pose, fit.drift, self.origin);
         let eye = fit.pose * self.origin;
         let part = |samples: &[Sample]| {
-            let mut sums = vec![Sums::default(); STRETCHES];
+            let mut sums = vec![Sums::default(); BEND_STRETCHES];
             for sample in samples {
                 let straight = self.straightened(sample, fit);
                 let place = passage.carry(&straight);
@@ -237,7 +220,7 @@ impl Scene<'_> {
                 ]);
                 // Tukey's biweight: what lies a gate away has no say.
                 let weight = (1.0 - (height_m / gate_m).powi(2)).powi(2);
-                let sums = &mut sums[sample.stretch.min(STRETCHES - 1)];
+                let sums = &mut sums[sample.stretch.min(BEND_STRETCHES - 1)];
                 sums.matrix += j * j.transpose() * weight;
                 sums.vector -= j * (weight * unbent_m);
             }
@@ -245,7 +228,7 @@ impl Scene<'_> {
         };
         // Parts of one size, summed in their order: the answer never depends on threads.
         let parts: Vec<Vec<Sums>> = self.samples.par_chunks(1000).map(part).collect();
-        let mut total = vec![Sums::default(); STRETCHES];
+        let mut total = vec![Sums::default(); BEND_STRETCHES];
         for part in &parts {
             for (sum, more) in total.iter_mut().zip(part) {
                 sum.add(more);
@@ -259,9 +242,9 @@ impl Scene<'_> {
         let passage = Passage::to_reference(fit.pose, fit.drift, self.origin);
         let agrees = |sample: &Sample| {
             let place = passage.carry(&self.straightened(sample, fit));
-            let patch = self.landmarks.exactly(&place, AGREE_M);
+            let patch = self.landmarks.exactly(&place, BEND_AGREE_M);
             patch.map_or(0.0, |patch| {
-                1.0 - (patch.height_m(&place) / AGREE_M).powi(2)
+                1.0 - (patch.height_m(&place) / BEND_AGREE_M).powi(2)
             })
         };
         let parts: Vec<f64> = self
@@ -312,8 +295,8 @@ impl Sums {
     fn solve(&self, fit: &Fit) -> Option<(f64, Vector)> {
         let mut matrix = self.matrix;
         let mut vector = self.vector;
-        for (i, sd) in PRIOR_SD.iter().enumerate() {
-            let pull = SIGMA_M * SIGMA_M * ALIKE / (sd * sd);
+        for (i, sd) in BEND_PRIOR_SD.iter().enumerate() {
+            let pull = BEND_SIGMA_M * BEND_SIGMA_M * BEND_ALIKE / (sd * sd);
             matrix[(i, i)] += pull;
             // The drift's prior is about none, that of the pose about where it stands.
             match i {

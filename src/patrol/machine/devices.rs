@@ -1,7 +1,8 @@
 //! What the machine does about the devices: open, greet, lose and try again.
 
-use super::{ABSENT_RETRY, Devices, FIRST_RETRY, LONGEST_RETRY, Machine, Step};
+use super::{Devices, Machine, Step};
 use crate::patrol::action::{Action, Weight};
+use crate::patrol::constants::{ABSENT_RETRY, FIRST_RETRY, LONGEST_RETRY};
 use crate::patrol::event::{Change, Request};
 use std::time::Duration;
 

@@ -1,7 +1,8 @@
 //! Every way through the patrol, as tables: what happened, what is done about it.
 
-use super::{FIRST_RETRY, LONGEST_RETRY, MOST_WAITING, Machine};
+use super::{FIRST_RETRY, MOST_WAITING, Machine};
 use crate::patrol::action::{Action, Weight};
+use crate::patrol::constants::LONGEST_RETRY;
 use crate::patrol::event::{Change, Event, Refusal, Request, Task};
 use std::time::Duration;
 
