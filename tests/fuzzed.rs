@@ -114,10 +114,8 @@ fn scans_come_through_and_are_watched() {
     }
 }
 
-#[test]
-#[should_panic(expected = "no intact message holds")]
-fn a_scan_out_of_nothing_is_seen() {
-    let scan = scip::RawScan {
+fn one_range() -> scip::RawScan {
+    scip::RawScan {
         first_step: 44,
         cluster: 1,
         coding: scip::Coding::ThreeCharacter,
@@ -125,8 +123,22 @@ fn a_scan_out_of_nothing_is_seen() {
         intensities: Vec::new(),
         stamp_ms: 5,
         remaining: 0,
-    };
-    bodies::scip_sums::Heard::default().must_hold(&scan);
+    }
+}
+
+#[test]
+#[should_panic(expected = "no intact message holds")]
+fn a_scan_out_of_nothing_is_seen() {
+    bodies::scip_sums::Heard::default().must_hold(&one_range());
+}
+
+/// The watch reads numbers by itself: a line with more characters than a number has is none.
+#[test]
+#[should_panic(expected = "no intact message holds")]
+fn a_scan_with_an_endless_stamp_is_seen() {
+    let mut heard = bodies::scip_sums::Heard::default();
+    heard.add(b"MD0044004501000\n99b\nooooooooh\n0C2U\n\n");
+    heard.must_hold(&one_range());
 }
 
 #[test]

@@ -32,9 +32,11 @@ fn body(line: &[u8]) -> Option<&[u8]> {
     (u32::from(*sum) == total % 64 + 48).then_some(body)
 }
 
-fn number(characters: &[u8]) -> u32 {
-    characters.iter().fold(0, |value, byte| {
-        value * 64 + u32::from(byte.wrapping_sub(48))
+/// `None` for more characters than a number has.
+fn number(characters: &[u8]) -> Option<u32> {
+    characters.iter().try_fold(0_u32, |value, byte| {
+        let digit = u32::from(byte.wrapping_sub(48));
+        value.checked_mul(64)?.checked_add(digit)
     })
 }
 
@@ -43,7 +45,7 @@ fn says(message: &[&[u8]], scan: &RawScan) -> bool {
         return false;
     };
     if !matches!(body(status), Some(b"99" | b"00"))
-        || body(stamp).map(number) != Some(scan.stamp_ms)
+        || body(stamp).and_then(number) != Some(scan.stamp_ms)
     {
         return false;
     }
@@ -59,7 +61,10 @@ fn says(message: &[&[u8]], scan: &RawScan) -> bool {
     } else {
         3
     };
-    let told: Vec<u32> = characters.chunks(width).map(number).collect();
+    let told: Option<Vec<u32>> = characters.chunks(width).map(number).collect();
+    let Some(told) = told else {
+        return false;
+    };
     if scan.intensities.is_empty() {
         return told == scan.ranges;
     }
