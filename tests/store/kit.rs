@@ -1,0 +1,121 @@
+//! Sweeps, mixtures and things to store, and the short words that the tests speak in.
+
+use nalgebra::{Matrix3, Point3};
+use patrold::geometry::View;
+use patrold::mixture::{Gaussian, Mixture};
+use patrold::novelty::{Kind, Novelty, Rim, Verdict};
+use patrold::patrol::NoveltyRecord;
+use patrold::store::{
+    AlarmFilter, NewReference, NewVisit, Recorded, Retention, Stamp, Store, SweepRecord,
+};
+use std::path::Path;
+
+pub const EVERYTHING: Retention = Retention {
+    older_than: Some(jiff::Timestamp::MAX),
+    most_bytes: Some(0),
+};
+
+pub fn stamp(second: i64) -> Stamp {
+    Stamp {
+        at: jiff::Timestamp::from_second(1_800_000_000 + second).expect("a valid time"),
+        boot_id: "boot".to_owned(),
+    }
+}
+
+pub fn view(x: f64) -> View {
+    View::bare(vec![Point3::new(x, 0.0, 0.0); 4], Point3::origin())
+}
+
+pub fn mixture() -> Mixture {
+    Mixture {
+        weights: vec![1.0],
+        components: vec![gaussian(1.0)],
+    }
+}
+
+pub fn gaussian(x: f64) -> Gaussian {
+    Gaussian {
+        mean: Point3::new(x, 0.0, 0.0),
+        covariance: Matrix3::identity(),
+    }
+}
+
+pub fn teach(store: &mut Store, name: &str, second: i64) -> i64 {
+    let view = view(second as f64);
+    let new = NewReference {
+        waypoint: name,
+        sweep: SweepRecord {
+            view: Some(&view),
+            raw: Some(b"raw"),
+            quality: "{}",
+        },
+        mixture: &mixture(),
+        engine: r#"{"ground": "w2"}"#,
+        seed: 7,
+    };
+    store.teach(&new, &stamp(second)).expect("taught")
+}
+
+pub fn thing(x: f64) -> NoveltyRecord {
+    let novelty = Novelty {
+        kind: Kind::Appeared,
+        moved_from: None,
+        points: vec![0, 1],
+        places: Vec::new(),
+        moments: gaussian(x),
+        mixture: mixture(),
+        extent_m: [0.1, 0.1, 0.1],
+        rim: Rim::default(),
+        mass: 0.01,
+        contribution: 0.005,
+        support: 400.0,
+    };
+    NoveltyRecord::new(&novelty, None)
+}
+
+pub fn visit(
+    store: &mut Store,
+    verdict: Verdict,
+    things: &[NoveltyRecord],
+    second: i64,
+) -> Recorded {
+    let reference = store.reference("hall").expect("reference");
+    visit_of(store, reference.id, verdict, things, second)
+}
+
+pub fn visit_of(
+    store: &mut Store,
+    reference: i64,
+    verdict: Verdict,
+    things: &[NoveltyRecord],
+    second: i64,
+) -> Recorded {
+    let view = view(1000.0 + second as f64);
+    let visit = NewVisit {
+        waypoint: "hall",
+        reference_id: Some(reference),
+        sweep: Some(SweepRecord {
+            view: Some(&view),
+            raw: None,
+            quality: "{}",
+        }),
+        verdict,
+        reason: "test",
+        d_gmm: Some(0.005),
+        u_th: 0.001,
+        seed: 7,
+        engine: "{}",
+        report: "{}",
+        novelties: things,
+        same_place_m: 0.5,
+    };
+    store
+        .record_visit(&visit, &stamp(second))
+        .expect("recorded")
+}
+
+pub fn alarms(dir: &Path, filter: &AlarmFilter) -> Vec<(i64, String)> {
+    let store = Store::open_for_reading(dir).expect("reader");
+    let rows = store.alarms(filter).expect("query");
+    rows.into_iter().map(|a| (a.id, a.state)).collect()
+}

@@ -1,0 +1,216 @@
+//! What was recorded comes back: references by version, visits, raw data, events.
+
+use super::kit::{mixture, stamp, teach, thing, view, visit};
+use patrold::novelty::Verdict;
+use patrold::store::{AlarmFilter, Level, NewReference, NewVisit, Store, StoreError, SweepRecord};
+
+#[test]
+fn teaching_again_makes_a_version_and_clears_what_spoke_of_the_old_one() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    assert_eq!(teach(&mut store, "hall", 0), 1);
+    let id = visit(&mut store, Verdict::Changed, &[thing(1.0)], 10)
+        .raised
+        .expect("raised");
+    assert_eq!(teach(&mut store, "hall", 20), 2);
+    let alarm = store.alarm(id).expect("alarm");
+    assert_eq!(
+        alarm.cleared_because.as_deref(),
+        Some("reference taught anew")
+    );
+    let reference = store.reference("hall").expect("newest");
+    assert_eq!(reference.version, 2);
+    assert_eq!(reference.view, view(20.0));
+    assert_eq!(reference.mixture, mixture());
+    let detail = store.waypoint("hall").expect("waypoint");
+    assert_eq!(detail.references.len(), 2);
+
+    store
+        .forget_waypoint("hall", &stamp(30))
+        .expect("forgotten");
+    let unknown = store.reference("hall").expect_err("unknown now");
+    assert!(
+        unknown
+            .to_string()
+            .contains("unknown waypoint \"hall\"; known: none yet"),
+        "{unknown}"
+    );
+    assert_eq!(store.alarms(&AlarmFilter::default()).expect("log").len(), 1);
+}
+
+#[test]
+fn a_stored_visit_comes_back_as_it_was_judged() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    teach(&mut store, "hall", 0);
+    let recorded = visit(&mut store, Verdict::Changed, &[thing(1.0)], 10);
+    let back = store.visit(recorded.visit_id).expect("visit");
+    assert_eq!(back.view, Some(view(1010.0)));
+    assert_eq!((back.verdict.as_str(), back.seed), ("changed", 7));
+    assert_eq!((back.engine.as_str(), back.quality.as_str()), ("{}", "{}"));
+    let reference = store
+        .reference_by_id(back.reference_id.expect("compared"))
+        .expect("its reference");
+    assert_eq!(reference.view, view(0.0));
+    assert_eq!(
+        (reference.engine.as_str(), reference.seed),
+        (r#"{"ground": "w2"}"#, 7)
+    );
+    assert!(matches!(
+        store.visit(999),
+        Err(StoreError::UnknownVisit(999))
+    ));
+}
+
+#[test]
+fn events_are_kept_in_order() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    store
+        .note_event(Level::Warning, "laser", "gone", &stamp(1))
+        .expect("noted");
+    store
+        .note_event(Level::Info, "laser", "back", &stamp(2))
+        .expect("noted");
+    let events = store.events(10).expect("read");
+    assert_eq!(events[0].text, "back");
+    assert_eq!(events[1].level, "warning");
+}
+
+#[test]
+fn raw_data_that_could_not_be_assembled_is_kept() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    teach(&mut store, "hall", 0);
+    let reference = store.reference("hall").expect("reference").id;
+    let broken = NewVisit {
+        waypoint: "hall",
+        reference_id: Some(reference),
+        sweep: Some(SweepRecord {
+            view: None,
+            raw: Some(b"odd scans"),
+            quality: "null",
+        }),
+        verdict: Verdict::NotObserved,
+        reason: "cannot be assembled",
+        d_gmm: None,
+        u_th: 0.001,
+        seed: 7,
+        engine: "{}",
+        report: "{}",
+        novelties: &[],
+        same_place_m: 0.5,
+    };
+    let id = store
+        .record_visit(&broken, &stamp(10))
+        .expect("recorded")
+        .visit_id;
+    let back = store.visit(id).expect("kept");
+    assert_eq!(
+        (back.view, back.raw.as_deref()),
+        (None, Some(&b"odd scans"[..]))
+    );
+
+    let no_sweep = NewVisit {
+        sweep: None,
+        ..broken
+    };
+    let id = store
+        .record_visit(&no_sweep, &stamp(20))
+        .expect("recorded")
+        .visit_id;
+    let none = store.visit(id).expect_err("nothing to judge");
+    assert!(none.to_string().contains("none was taken"), "{none}");
+
+    let reference = NewReference {
+        waypoint: "dock",
+        sweep: SweepRecord {
+            view: None,
+            raw: None,
+            quality: "null",
+        },
+        mixture: &mixture(),
+        engine: "{}",
+        seed: 7,
+    };
+    assert!(store.teach(&reference, &stamp(30)).is_err());
+}
+
+#[test]
+fn two_writers_wait_for_each_other() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    drop(Store::open(dir.path()).expect("store"));
+    let writer = |name: &'static str| {
+        let dir = dir.path().to_owned();
+        std::thread::spawn(move || {
+            let mut store = Store::open_existing(&dir).expect("store");
+            for second in 0..20 {
+                teach(&mut store, name, second);
+            }
+        })
+    };
+    let both = [writer("hall"), writer("hall")];
+    for one in both {
+        one.join().expect("no write was refused");
+    }
+    let store = Store::open_for_reading(dir.path()).expect("reader");
+    assert_eq!(store.reference("hall").expect("newest").version, 40);
+}
+
+#[test]
+fn versions_go_on_after_a_waypoint_was_forgotten() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    assert_eq!(teach(&mut store, "hall", 0), 1);
+    store
+        .forget_waypoint("hall", &stamp(10))
+        .expect("forgotten");
+    assert_eq!(teach(&mut store, "hall", 20), 2);
+    assert_eq!(teach(&mut store, "dock", 30), 1);
+}
+
+#[test]
+fn figures_that_are_not_finite_lose_neither_visit_nor_log() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    teach(&mut store, "hall", 0);
+    let mut odd = thing(1.0);
+    odd.centre[2] = f64::NAN;
+    odd.mass = f64::NAN;
+    odd.covariance[0][0] = f64::INFINITY;
+    let reference = store.reference("hall").expect("reference").id;
+    let visit_with = |store: &mut Store, d_gmm, u_th, second| {
+        let view = view(second as f64);
+        let visit = NewVisit {
+            waypoint: "hall",
+            reference_id: Some(reference),
+            sweep: Some(SweepRecord {
+                view: Some(&view),
+                raw: None,
+                quality: "{}",
+            }),
+            verdict: Verdict::Changed,
+            reason: "test",
+            d_gmm,
+            u_th,
+            seed: 7,
+            engine: "{}",
+            report: "{}",
+            novelties: std::slice::from_ref(&odd),
+            same_place_m: 0.5,
+        };
+        store
+            .record_visit(&visit, &stamp(second))
+            .expect("recorded")
+    };
+    visit_with(&mut store, Some(f64::NAN), 0.001, 10);
+    visit_with(&mut store, None, f64::NAN, 20);
+    visit(&mut store, Verdict::Changed, &[thing(5.0)], 30);
+    let log = store
+        .alarms(&AlarmFilter::default())
+        .expect("the whole log");
+    assert_eq!(log.len(), 3);
+    assert_eq!((log[2].d_gmm, log[1].u_th), (None, None));
+    assert!(log[2].novelties[0].centre[2].is_nan());
+    assert_eq!(log[0].d_gmm, Some(0.005));
+}
