@@ -98,9 +98,8 @@ fn take(
             .iter()
             .map(|request| station.sweep(request, cancel))
             .collect();
-        let sweeps = sweeps?;
         park(&mut station);
-        Ok::<_, DeviceError>(sweeps)
+        sweeps
     })();
     drop(station);
     for note in heard.try_iter().filter(|n| n.level > NoteLevel::Info) {

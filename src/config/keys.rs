@@ -80,7 +80,7 @@ pub const KEYS: &[Key] = &[
         Port,
         "\"/dev/patrold-ptu\"",
         "",
-        "Where the PTU-D46 is, in the same words, but tcp.",
+        "Where the PTU-D46 is: a serial line, named like the laser's; not tcp.",
     ),
     key(
         "ptu.version",

@@ -201,7 +201,7 @@ pub enum DeviceError {
 impl DeviceError {
     /// Whether the device is just not there: looking again soon costs nothing and moves nothing.
     pub const fn is_absence(&self) -> bool {
-        matches!(self, Self::Port { .. } | Self::OtherUnit { .. })
+        matches!(self, Self::Port { .. })
     }
 }
 

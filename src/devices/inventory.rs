@@ -1,6 +1,6 @@
 //! The serial ports of this machine: what sits behind them, who has them open, and whether one of them is a device's.
 
-use super::error::{Device, DeviceError};
+use super::error::PortError;
 use super::port_name::{PortName, ports};
 use crate::config::Settings;
 use link::Candidate;
@@ -24,12 +24,9 @@ pub struct PortReport {
 /// All of them, by path; asks nothing of the devices.
 ///
 /// # Errors
-/// [`DeviceError::Port`] where the system does not tell.
-pub fn inventory(settings: &Settings) -> Result<Vec<PortReport>, DeviceError> {
-    let found = link::candidates().map_err(|error| DeviceError::Port {
-        device: Device::Laser,
-        source: error.into(),
-    })?;
+/// [`PortError`] where the system does not tell.
+pub fn inventory(settings: &Settings) -> Result<Vec<PortReport>, PortError> {
+    let found = link::candidates()?;
     let (laser, head) = ports(settings);
     Ok(told(&found, &[laser, head], link::holders))
 }

@@ -6,6 +6,7 @@ use super::driver::{Driver, Output};
 use super::error::DeviceError;
 use super::port_name::{PortName, Try};
 use link::Link;
+use std::collections::HashSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -61,6 +62,7 @@ impl<D: Driver> Port<D> {
             backoff: BACKOFF.0,
             connected: false,
             found: false,
+            right: None,
         };
         let thread = thread::Builder::new()
             .name(format!("patrold-{device}"))
@@ -108,6 +110,17 @@ struct Runner<D: Driver, F> {
     connected: bool,
     /// A rate was found once: silence is then no reason to look for another soon.
     found: bool,
+    /// Where and how the device was found the last time.
+    right: Option<Try>,
+}
+
+/// How much an error says of where the device is: silence at a wrong rate says nothing.
+fn telling(error: &DeviceError) -> u8 {
+    match error {
+        DeviceError::OtherUnit { .. } => 2,
+        DeviceError::Port { .. } => 1,
+        _ => 0,
+    }
 }
 
 /// How serving ended.
@@ -120,20 +133,15 @@ enum End {
 
 impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
     fn run(mut self) {
-        let mut turn = 0_usize;
         while !self.stopped() {
             // The line may be another node and another kind after it was plugged in again.
-            let (tries, end) = match self.name.tries() {
-                Ok(tries) => (tries.len(), self.attempt(&tries, turn)),
-                Err(error) => (0, End::Failed(error)),
+            let error = match self.name.tries() {
+                Ok(tries) => match self.round(tries) {
+                    Some(error) => error,
+                    None => return,
+                },
+                Err(error) => error,
             };
-            let End::Failed(error) = end else { return };
-            if !self.connected && !matches!(error, DeviceError::Port { .. }) {
-                turn += 1;
-                if !turn.is_multiple_of(tries.max(1)) {
-                    continue;
-                }
-            }
             let most = if error.is_absence() {
                 ABSENT_RETRY
             } else {
@@ -148,16 +156,42 @@ impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
         }
     }
 
-    /// One of `tries`, until it ends.
-    fn attempt(&mut self, tries: &[Try], turn: usize) -> End {
-        self.connected = false;
-        let Some(this) = tries.get(turn % tries.len().max(1)) else {
-            return End::Stopped;
-        };
-        match this.open(self.name.device) {
-            Ok(link) => self.serve(link, this.baud, tries.len() > 1 && !self.found),
-            Err(error) => End::Failed(error),
+    /// One of `tries` after the other, the one that was right the last time first, until one served a device that is known;
+    /// why it ended, or the most telling reason why none did. `None`: stopped.
+    fn round(&mut self, mut tries: Vec<Try>) -> Option<DeviceError> {
+        let right = tries
+            .iter()
+            .position(|this| Some(this) == self.right.as_ref());
+        tries.rotate_left(right.unwrap_or(0));
+        let probing = tries.len() > 1 && !self.found;
+        let mut told: Option<DeviceError> = None;
+        let mut settled = HashSet::new();
+        for this in tries {
+            if settled.contains(&this.node) {
+                continue;
+            }
+            self.connected = false;
+            let end = match this.open(self.name.device) {
+                Ok(link) => self.serve(link, this.baud, probing),
+                Err(error) => End::Failed(error),
+            };
+            let End::Failed(error) = end else { return None };
+            if self.connected {
+                self.right = Some(this);
+                return Some(error);
+            }
+            // A port that cannot be opened, and a unit that was understood, are the same at every rate.
+            if telling(&error) > 0 {
+                settled.insert(this.node);
+            }
+            if told.as_ref().is_none_or(|t| telling(t) <= telling(&error)) {
+                told = Some(error);
+            }
+            if self.stopped() {
+                return None;
+            }
         }
+        told
     }
 
     fn stopped(&self) -> bool {
@@ -298,5 +332,98 @@ fn flush<D: Driver>(driver: &mut D, link: &mut dyn Link) {
         if let Output::Send(bytes) = output {
             let _ = link.write_all(&bytes, WRITE_LIMIT);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BACKOFF, PortEvent, Runner};
+    use crate::devices::clock::Clock;
+    use crate::devices::emulation::{Emulation, EmulationOptions};
+    use crate::devices::emulator::{Emulator, EmulatorPorts};
+    use crate::devices::error::{Device, DeviceError, PortError};
+    use crate::devices::laser::LaserDriver;
+    use crate::devices::lockstep::bench::ROOM;
+    use crate::devices::port_name::{PortName, Try};
+    use crate::world::Scene;
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+    use std::sync::mpsc;
+
+    fn laser(serial: &str, clock: &Clock) -> Emulator {
+        let mut options = EmulationOptions::seeded(1);
+        options.laser.profile.serial = serial.to_owned();
+        let scene = Scene::parse(ROOM).expect("a scene");
+        let world = Arc::new(scene.build(None).expect("no cloud in it"));
+        let emulation = Emulation::new(options, world, scene.map_from_base, clock.now());
+        Emulator::start(emulation, &EmulatorPorts::default(), clock.clone()).expect("terminals")
+    }
+
+    /// How a round of these tries ends; how often a port was opened, and whom it found.
+    fn round(tries: &[(&str, u32)], clock: &Clock) -> (Option<DeviceError>, usize, Option<String>) {
+        let (mut opened, mut found) = (0, None);
+        let tell = |event, _| match event {
+            PortEvent::Device(scip::Event::Connected(identity)) => {
+                found = Some(identity.serial);
+                false
+            }
+            PortEvent::Opened => {
+                opened += 1;
+                true
+            }
+            _ => true,
+        };
+        let mut runner = Runner::<LaserDriver, _> {
+            name: PortName {
+                device: Device::Laser,
+                name: "usb:15d1:0000".to_owned(),
+                baud: 115_200,
+                unit: Some("H0706400".to_owned()),
+            },
+            clock: clock.clone(),
+            inbox: mpsc::channel().1,
+            stop: Arc::new(AtomicBool::new(false)),
+            tell,
+            backoff: BACKOFF.0,
+            connected: false,
+            found: false,
+            right: None,
+        };
+        let tries = tries.iter().map(|(node, baud)| Try {
+            node: (*node).to_owned(),
+            baud: *baud,
+        });
+        let ended = runner.round(tries.collect());
+        (ended, opened, found)
+    }
+
+    #[test]
+    fn a_round_passes_over_what_cannot_be_opened_and_who_is_not_the_one() {
+        let clock = Clock::scaled(20.0);
+        let (other, right) = (laser("H0900001", &clock), laser("H0706400", &clock));
+        let others = [
+            ("/dev/no-such-port", 115_200),
+            ("/dev/no-such-port", 19_200),
+            (other.laser_port(), 115_200),
+            (other.laser_port(), 19_200),
+        ];
+        let (ended, opened, found) = round(
+            &[&others[..], &[(right.laser_port(), 9600)]].concat(),
+            &clock,
+        );
+        assert_eq!((ended, opened), (None, 2), "the other once, at one rate");
+        assert_eq!(found.as_deref(), Some("H0706400"));
+
+        let (ended, opened, _) = round(&others, &clock);
+        assert_eq!(opened, 1);
+        let Some(DeviceError::OtherUnit { got, .. }) = ended else {
+            panic!("{ended:?}");
+        };
+        assert_eq!(got, "H0900001");
+        let (ended, ..) = round(&others[..2], &clock);
+        let Some(DeviceError::Port { source, .. }) = ended else {
+            panic!("{ended:?}");
+        };
+        assert!(matches!(source, PortError::NoSuchPort(_)));
     }
 }

@@ -67,9 +67,16 @@ impl PortName {
 
     /// What kind of line it is at this moment.
     pub fn line(&self) -> Line {
-        let nodes = self.nodes_now().unwrap_or_default();
+        let Ok(name) = self.name.parse::<UsbName>() else {
+            return line_of(&self.name);
+        };
+        let found = link::candidates().unwrap_or_default();
         // All that go by one USB name are of one kind.
-        line_of(nodes.first().unwrap_or(&self.name))
+        match found.iter().find(|candidate| name.fits(candidate)) {
+            Some(candidate) => line_of(&candidate.path),
+            None if name.vendor() == HOKUYO => Line::Unpaced,
+            None => Line::Rs232,
+        }
     }
 
     /// All ways to open it, at this moment, in the order in which to try them: the nodes that may be meant, each with the
@@ -104,11 +111,39 @@ impl PortName {
     }
 
     fn nodes_now(&self) -> Result<Vec<String>, LinkError> {
-        if UsbName::is_meant(&self.name) {
-            self.nodes(&link::candidates()?)
-        } else {
-            Ok(vec![self.name.clone()])
+        if !UsbName::is_meant(&self.name) {
+            return Ok(vec![self.name.clone()]);
         }
+        let nodes = self.nodes(&link::candidates()?)?;
+        if self.unit.is_some() {
+            self.free(nodes, link::holders)
+        } else {
+            Ok(nodes)
+        }
+    }
+
+    /// Those of `nodes` that nobody has open: a device that is only asked whether it is the one wanted may be another
+    /// program's, which need not have locked it.
+    fn free(
+        &self,
+        nodes: Vec<String>,
+        holders: impl Fn(&str) -> Vec<String>,
+    ) -> Result<Vec<String>, LinkError> {
+        let mut by = Vec::new();
+        let mut is_free = |node: &String| {
+            let holders = holders(node);
+            let free = holders.is_empty();
+            by.extend(holders);
+            free
+        };
+        let free: Vec<String> = nodes.into_iter().filter(|node| is_free(node)).collect();
+        if free.is_empty() {
+            return Err(LinkError::Busy {
+                name: self.name.clone(),
+                by: by.join(", "),
+            });
+        }
+        Ok(free)
     }
 
     /// Which of `candidates` the name may mean. Where several lasers go by it, each is asked for its serial number, if
@@ -255,6 +290,21 @@ mod tests {
         );
         laser.name = "usb:15d1".to_owned();
         assert!(matches!(laser.nodes(&robot()), Err(LinkError::Io { .. })));
+    }
+
+    #[test]
+    fn what_another_program_has_open_is_not_asked_who_it_is() {
+        let laser = port(Device::Laser, "usb:15d1:0000");
+        let both = || vec!["/dev/ttyACM0".to_owned(), "/dev/ttyACM1".to_owned()];
+        let nobody = |_: &str| Vec::new();
+        assert_eq!(laser.free(both(), nobody).expect("both"), both());
+        let one = |node: &str| match node {
+            "/dev/ttyACM0" => vec!["navigator (pid 7)".to_owned()],
+            _ => Vec::new(),
+        };
+        assert_eq!(laser.free(both(), one).expect("one"), both()[1..]);
+        let error = laser.free(both()[..1].to_vec(), one).expect_err("held");
+        assert!(error.to_string().contains("navigator (pid 7)"), "{error}");
     }
 
     #[test]

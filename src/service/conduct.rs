@@ -230,7 +230,7 @@ impl Conductor {
                 Event::SweepDone(id)
             }
             RobotEvent::Returned(took) => {
-                let return_ms = Some(took.as_secs_f64() * 1e3);
+                let return_ms = took.map(|took| took.as_secs_f64() * 1e3);
                 self.hands
                     .status
                     .send_modify(|status| status.devices.return_ms = return_ms);

@@ -37,9 +37,9 @@ pub const LEG_LIMIT: Duration = Duration::from_secs(60);
 /// Longest time of one line of step-and-stare, of the devices' clock: a move, its settling and a few scans.
 pub const LINE_LIMIT: Duration = Duration::from_secs(3);
 
-/// Longest way back after a sweep, of the devices' clock: the whole range of both axes at a tenth of the power-up speed
-/// (ptu-d46 section 5).
-pub const BACK_LIMIT: Duration = Duration::from_secs(60);
+/// Longest way back after a sweep, of the devices' clock: the whole range of pan and then of tilt, 318 and 78 deg, at a tenth of
+/// the power-up speed (ptu-d46 section 5), and as much again.
+pub const BACK_LIMIT: Duration = Duration::from_secs(160);
 
 /// Tilting may take so many times as long as planned before it counts as stuck.
 pub const TILT_SLACK: f64 = 2.0;

@@ -133,7 +133,7 @@ pub struct DevicesStatus {
     /// Who answered when they were opened last.
     pub identity: serde_json::Value,
     /// How long the head took back to the begin of the last sweep, while that was judged, on the devices' clock; null where
-    /// it did not yet.
+    /// it did not come there.
     #[serde(default)]
     pub return_ms: Option<f64>,
 }

@@ -28,8 +28,8 @@ pub enum RobotEvent {
     Closed,
     /// A sweep, for the request of that number.
     Swept(u64, Box<RawSweep>),
-    /// The head is back where the last sweep began, after so long on the devices' clock.
-    Returned(Duration),
+    /// The head is back where the last sweep began, after so long on the devices' clock; `None`: it stayed somewhere.
+    Returned(Option<Duration>),
     /// No sweep, for the request of that number.
     SweepFailed(u64, Fault),
 }
@@ -48,6 +48,8 @@ pub struct RobotThread {
     orders: Sender<Order>,
     clock: Clock,
     cancel: Cancel,
+    /// Of the last sweep: after it the head goes back, though something else was ordered since.
+    swept: Cancel,
     bound: Bound,
 }
 
@@ -80,6 +82,7 @@ impl RobotThread {
             orders,
             clock,
             cancel: Cancel::new(),
+            swept: Cancel::new(),
             bound,
         })
     }
@@ -93,6 +96,7 @@ impl RobotThread {
     /// Takes a sweep.
     pub fn sweep(&mut self, id: u64, settings: Arc<Settings>, waypoint: Option<String>) {
         self.cancel = Cancel::new();
+        self.swept = self.cancel.clone();
         self.send(Order::Sweep(id, settings, waypoint, self.cancel.clone()));
     }
 
@@ -101,9 +105,10 @@ impl RobotThread {
         self.send(Order::Distrust);
     }
 
-    /// Interrupts what was last ordered.
+    /// Interrupts what was last ordered, and the way back from a sweep.
     pub fn cancel(&self) {
         self.cancel.cancel();
+        self.swept.cancel();
     }
 
     /// Lets the devices go.
@@ -168,7 +173,13 @@ impl<F: FnMut(RobotEvent)> Owner<F> {
                 let swept = matches!(event, RobotEvent::Swept(..));
                 // Whoever judges it begins now.
                 (self.tell)(event);
-                if swept { self.go_back(&cancel) } else { None }
+                if !swept {
+                    return None;
+                }
+                let back = self.go_back(&cancel);
+                (self.tell)(RobotEvent::Returned(back));
+                // What was lost on the way is known now.
+                self.watch()
             }
             Order::Distrust => {
                 self.robot.as_mut()?.distrust();
@@ -246,11 +257,11 @@ impl<F: FnMut(RobotEvent)> Owner<F> {
         }
     }
 
-    fn go_back(&mut self, cancel: &Cancel) -> Option<RobotEvent> {
+    fn go_back(&mut self, cancel: &Cancel) -> Option<Duration> {
         self.begin(BACK_LIMIT);
         let took = self.robot.as_mut().and_then(|robot| robot.go_back(cancel));
         self.end();
-        took.map(RobotEvent::Returned)
+        took
     }
 
     fn begin(&self, limit: Duration) {

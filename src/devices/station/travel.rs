@@ -47,9 +47,8 @@ impl Station {
         if matches!(gone, Err(DeviceError::Stalled { .. })) {
             self.known.distrusted("an axis stalled");
         }
-        gone?;
         self.leave_mark();
-        Ok(Some(self.wires.now().saturating_sub(begun)))
+        gone.map(|()| Some(self.wires.now().saturating_sub(begun)))
     }
 
     /// Sends both axes to `stance` and waits until they are there.
@@ -94,17 +93,26 @@ impl Station {
             if cancel.is_cancelled() {
                 return Err(DeviceError::Cancelled);
             }
-            let state =
-                match self.next(watch.overdue_at()) {
-                    Some(Told::Head(PortEvent::Lost { error, .. })) => return Err(error),
-                    Some(Told::Head(PortEvent::Device(HeadEvent::Unit(
-                        ptu::Event::Position { axis, steps, .. },
-                    )))) if axis == wanted => {
-                        at_steps = steps;
-                        watch.observe(steps, self.wires.now())
-                    }
-                    _ => watch.at(self.wires.now()),
-                };
+            let state = match self.next(watch.overdue_at()) {
+                Some(
+                    Told::Head(PortEvent::Lost { error, .. })
+                    | Told::Laser(PortEvent::Lost { error, .. }),
+                ) => return Err(error),
+                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Position {
+                    axis,
+                    steps,
+                    first_byte_at,
+                    ..
+                }))))
+                    if axis == wanted =>
+                {
+                    at_steps = steps;
+                    watch.observe(steps, first_byte_at)
+                }
+                // Who is late to listen has not seen an axis stand.
+                _ if self.wires.now() < watch.overdue_at() => MoveState::Moving,
+                _ => MoveState::Overdue,
+            };
             match state {
                 MoveState::Arrived => return Ok(()),
                 MoveState::Moving => {}

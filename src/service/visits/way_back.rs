@@ -51,4 +51,9 @@ fn a_head_that_is_stuck_on_its_way_back_is_homed_before_the_next_sweep() {
     let seen = patrol.visit();
     assert_eq!(seen.verdict, Verdict::Quiet, "{seen:?} {:?}", patrol.log);
     assert!(patrol.returned.is_some());
+    assert!(
+        patrol.swept > Duration::from_secs(20),
+        "homed before: {:?}",
+        patrol.swept
+    );
 }
