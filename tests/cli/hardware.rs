@@ -50,7 +50,7 @@ fn a_calibration_finds_what_the_emulators_hide_and_its_kept_sweeps_tell_the_same
     let dir = folder();
     let hidden = [
         "--time-scale",
-        "4",
+        "3",
         "--mount-rpy-deg",
         "0.4,-0.6,0.8",
         "--laser-option",
@@ -59,7 +59,7 @@ fn a_calibration_finds_what_the_emulators_hide_and_its_kept_sweeps_tell_the_same
         "backlash=3/3",
     ];
     let _emulator = emulated(dir.path(), &hidden);
-    let asked = ["--one-pan", "--time-scale", "4", "--keep", "kept"];
+    let asked = ["--one-pan", "--time-scale", "3", "--keep", "kept"];
     let asked = [&["calibrate", "--config", "c.toml", "--json"], &asked[..]].concat();
     let ran = patrold(dir.path(), &asked);
     assert_eq!(ran.code, 0, "{ran:?}");
