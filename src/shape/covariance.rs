@@ -1,17 +1,17 @@
 //! Method B: which class's visible moments are the novelty's (Algorithm 2, one novelty at a time).
 
 use super::constants::{
-    BIASED_NOISE, BOARD_SHARE, HOPEFUL, LEAST_AXIS_VIEW_RAD, LEAST_BESIDE_SHARE,
-    LEAST_FURTHER_POINTS, LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE,
-    LEAST_SUPERQUADRIC_POINTS, MEDIAN_SCATTER, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES,
+    BIASED_NOISE, BOARD_SHARE, HOPEFUL, LEAST_AXIS_VIEW_RAD, LEAST_FURTHER_POINTS,
+    LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE, LEAST_SUPERQUADRIC_POINTS,
+    MEDIAN_SCATTER, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES, OUTLIER_SIGMAS,
     PROMISING_COST, ROUGHNESS_SHARE, ROUNDS_OF_ALIKE, RULED_OUT_COST, SAME_ANSWER_M,
     UNEXPLAINED_SIGMAS, UNLIKELY_PENALTY,
 };
-use super::faces::{beside_first_face, tally_cost};
+use super::faces::{shows_one_face, tally_cost};
 use super::matching::{Matched, Observed, Witness, matched};
 use super::model::Class;
 use super::primitive::Primitive;
-use super::remains::{noise_among_neighbours_m, within, without_pattern};
+use super::remains::{more_than_strays, noise_among_neighbours_m, within, without_pattern};
 use super::settings::{BeamDensity, ShapeSettings, SurfaceModel};
 use super::starts::{alike, edged_starts, superquadric_starts};
 use crate::mixture::Gaussian;
@@ -140,7 +140,7 @@ fn judged(
     view: &Unit<Vector3<f64>>,
     axes: &[Unit<Vector3<f64>>],
 ) -> Vec<Vec<Matched>> {
-    let expected = observed.noise_m.hypot(ROUGHNESS_SHARE * observed.scale_m);
+    let expected = expected_m(observed);
     let first = witness(observed, expected);
     // Where the moments alone rule a class out, its points need not be asked.
     let cheapest = |class: &[Matched]| {
@@ -165,6 +165,7 @@ fn judged(
     let enough = observed.points.len() >= LEAST_FURTHER_POINTS;
     let explains = |primitive: &Primitive| {
         within(observed, primitive, observed.noise_m)
+            && !more_than_strays(observed, primitive, observed.noise_m)
             && without_pattern(observed, primitive, axes)
             && unlikely(observed, primitive, view) == 0.0
     };
@@ -244,6 +245,11 @@ fn drawn_in(observed: &Observed, starts: Vec<Primitive>, witness: Witness) -> Ve
     fits.collect()
 }
 
+/// Standard deviation of a point of a thing that is of its class: noise and roughness, metres.
+fn expected_m(observed: &Observed) -> f64 {
+    observed.noise_m.hypot(ROUGHNESS_SHARE * observed.scale_m)
+}
+
 fn witness(observed: &Observed, sd_m: f64) -> Witness {
     Witness {
         sd_m,
@@ -298,11 +304,15 @@ fn unlikely(observed: &Observed, primitive: &Primitive, view: &Unit<Vector3<f64>
                 0.0
             }
         }
-        Primitive::Cuboid(_) => {
+        Primitive::Cuboid(b) => {
+            // Noise as told or as seen about the box itself, whichever is more.
+            let reach_m = || {
+                OUTLIER_SIGMAS * expected_m(observed).max(typical_distance_m(observed, primitive))
+            };
             let [_, second, third] = primitive.size_m();
             if third < BOARD_SHARE * second {
                 RULED_OUT_COST
-            } else if beside_first_face(observed, primitive) < LEAST_BESIDE_SHARE {
+            } else if shows_one_face(observed, b, reach_m()) {
                 UNLIKELY_PENALTY
             } else {
                 0.0
