@@ -130,6 +130,9 @@ pub(super) const LONELY_COMPANY: usize = 3;
 pub(super) const LONELY_SPACINGS: f64 = 2.8;
 /// More than this share of all points is no set of strays but a thing of its own kind.
 pub(super) const MOST_LONELY_SHARE: f64 = 0.2;
+/// Classes less probable than this are not listed among the alternatives: a posterior is known to a
+/// hundredth at best (rates over a hundred looks, `trials.rs`). Those ruled out early lie far below.
+pub(super) const LEAST_LISTED_PROBABILITY: f64 = 0.01;
 /// Classes whose moments cost this much more than another's (as -2 ln odds) are no candidates: the
 /// prior against the data would have to be e^40.
 pub(super) const RULED_OUT_COST: f64 = 80.0;

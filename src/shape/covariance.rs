@@ -8,8 +8,9 @@ use super::constants::{
     UNEXPLAINED_SIGMAS, UNLIKELY_PENALTY,
 };
 use super::faces::{shows_one_face, tally_cost};
+use super::hidden::hidden_share;
 use super::matching::{Matched, Observed, Witness, matched};
-use super::model::Class;
+use super::model::{Alternative, Class};
 use super::primitive::Primitive;
 use super::remains::{more_than_strays, noise_among_neighbours_m, within, without_pattern};
 use super::settings::{BeamDensity, ShapeSettings, SurfaceModel};
@@ -17,25 +18,25 @@ use super::starts::{alike, edged_starts, superquadric_starts};
 use crate::mixture::Gaussian;
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
-/// One class's best answer.
+/// The most probable answer.
 #[derive(Debug, Clone)]
 pub(super) struct Candidate {
     pub primitive: Primitive,
     pub centre_sd_m: [f64; 3],
     pub size_sd_m: [f64; 3],
-    /// Posterior among the candidates.
+    /// Posterior among the classes.
     pub probability: f64,
 }
 
-/// Every class's best answer for points with these moments, most probable first. `noise_m` is the
-/// standard deviation of a point. Empty if nothing could be fitted.
+/// What the classes make of points with these moments: the most probable answer, and every class by falling
+/// probability. `noise_m` is the standard deviation of a point. `None` if nothing could be fitted.
 pub(super) fn candidates(
     points: &[Point3<f64>],
     moments: &Gaussian,
     sensor: &Point3<f64>,
     noise_m: f64,
     settings: &ShapeSettings,
-) -> Vec<Candidate> {
+) -> Option<(Candidate, Vec<Alternative>)> {
     let observed = observed(points, moments, sensor, noise_m, settings);
     let eigen = symmetric_axes(&moments.covariance);
     let view = Unit::try_new(-observed.sensor.coords, 1e-9).unwrap_or_else(Vector3::x_axis);
@@ -60,21 +61,49 @@ pub(super) fn candidates(
         })
         .collect();
     scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let best = scored.first().map_or(0.0, |s| s.0);
-    let total: f64 = scored.iter().map(|(s, _)| ((best - s) / 2.0).exp()).sum();
+    let mut classes: Vec<(f64, Class)> = scored
+        .iter()
+        .map(|(score, fit)| (*score, fit.primitive.class()))
+        .collect();
+    if settings.points_judge && observed.points.len() >= LEAST_FURTHER_POINTS {
+        with_hidden_box(&observed, &scored, &mut classes);
+    }
+    let (least, best) = scored.first()?;
+    let odds = |score: f64| ((least - score) / 2.0).exp();
+    let total: f64 = classes.iter().map(|(score, _)| odds(*score)).sum();
+    let (centre_sd_m, size_sd_m) = best.spreads(&observed);
     let back = Isometry3::from_parts(moments.mean.coords.into(), Default::default());
-    scored
-        .into_iter()
-        .map(|(score, fit)| {
-            let (centre_sd_m, size_sd_m) = fit.spreads(&observed);
-            Candidate {
-                primitive: fit.primitive.transformed(&back),
-                centre_sd_m,
-                size_sd_m,
-                probability: ((best - score) / 2.0).exp() / total,
-            }
-        })
-        .collect()
+    let best = Candidate {
+        primitive: best.primitive.transformed(&back),
+        centre_sd_m,
+        size_sd_m,
+        probability: 1.0 / total,
+    };
+    let alternatives = classes.into_iter().map(|(score, class)| Alternative {
+        class,
+        probability: odds(score) / total,
+    });
+    Some((best, alternatives.collect()))
+}
+
+/// Counts the box that the plane may be the front of, if it is likelier than the one that was fitted: as good a
+/// fit, one parameter more, and only as far as its depth is hidden.
+fn with_hidden_box(
+    observed: &Observed,
+    scored: &[(f64, Matched)],
+    classes: &mut Vec<(f64, Class)>,
+) {
+    let plane = scored.iter().find_map(|(score, fit)| match fit.primitive {
+        Primitive::Plane(plane) => Some((score, plane)),
+        _ => None,
+    });
+    let Some((score, plane)) = plane else { return };
+    let hidden = score + observed.count.ln() - 2.0 * hidden_share(observed, &plane).ln();
+    match classes.iter_mut().find(|(_, class)| *class == Class::Box) {
+        Some((fitted, _)) => *fitted = fitted.min(hidden),
+        None => classes.push((hidden, Class::Box)),
+    }
+    classes.sort_by(|a, b| a.0.total_cmp(&b.0));
 }
 
 /// What of a surface the points show: all of the ideal one where the sensor stands among them.

@@ -11,7 +11,7 @@ use super::settings::SurfaceModel;
 use nalgebra::Point3;
 
 /// Faces of one primitive in sight at most.
-const FACES: usize = 3;
+pub(super) const FACES: usize = 3;
 
 /// -2 ln of the multinomial likelihood ratio between the share of the points next to every face and
 /// the share of the beams that meet it (the G statistic), for the points' effective number; 0 for a
@@ -24,12 +24,18 @@ pub(super) fn tally_cost(observed: &Observed, primitive: &Primitive) -> f64 {
     if !faced || observed.surface == SurfaceModel::Ideal {
         return 0.0;
     }
+    let beams = beams_on(observed, primitive);
+    g_statistic(&points_on(observed, primitive), &beams, observed.count)
+}
+
+/// Beams that meet every face, up to a common factor.
+pub(super) fn beams_on(observed: &Observed, primitive: &Primitive) -> [f64; FACES] {
     let mut beams = [0.0; FACES];
     primitive.visible(&observed.sensor, &mut |patch| {
         let face = primitive.seen_face(&patch.at, &observed.sensor);
         beams[face] += seen_weight(&patch, &observed.sensor, &observed.density);
     });
-    g_statistic(&points_on(observed, primitive), &beams, observed.count)
+    beams
 }
 
 /// Whether no more of the points lie farther than `limit_m` behind the box's face with most of them
