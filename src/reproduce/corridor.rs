@@ -132,13 +132,13 @@ impl Corridor {
             };
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(stream);
-        let thing = match self.thing {
-            Thing::Nothing => None,
-            thing => Some(draw(thing, &mut rng).ok_or_else(|| LookError::NotClear {
+        let thing = draw(self.thing, &mut rng);
+        if thing.is_none() && self.thing != Thing::Nothing {
+            return Err(LookError::NotClear {
                 name: self.name(),
                 tries: TRIES,
-            })?),
-        };
+            });
+        }
         let empty = world(None)?;
         let now = world(thing.as_ref())?;
         let sigma_m = self.noise.sigma_m();
