@@ -233,6 +233,11 @@ pub(super) const ALONG_SHARE: f64 = 0.6;
 pub(super) const NEIGHBOURHOOD_NEARS: f64 = 3.0;
 /// Fewest points along a surface, of which each view is to have so many before it is said to have the surface there.
 pub(super) const LEAST_ALONG: usize = 3;
+/// Points that tell a flat surface and their own scatter about it: two for each of its three parameters.
+pub(super) const LEAST_FORMER: usize = 6;
+/// What stands on a surface is looked for over a point within this slope, height over distance: 27 deg off
+/// its normal. Where a wall ends, it rises beside a point of the floor beyond, not over it.
+pub(super) const LEAST_RISE: f64 = 2.0;
 
 #[cfg(test)]
 mod tests {
