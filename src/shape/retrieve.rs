@@ -272,6 +272,7 @@ fn told(
         measured(
             best,
             &Look {
+                of_class: own,
                 near: if own { &near } else { points },
                 noise_m,
                 independent_share: settings.independent_share,
