@@ -56,7 +56,8 @@ pub(super) fn candidates(
     let mut scored: Vec<(f64, Matched)> = fits
         .into_iter()
         .filter_map(|class| {
-            let scored = class.into_iter().map(|f| (score(&observed, &f, &view), f));
+            let told = class.into_iter().filter(|f| !is_board(&f.primitive));
+            let scored = told.map(|f| (score(&observed, &f, &view), f));
             scored.min_by(|a, b| a.0.total_cmp(&b.0))
         })
         .collect();
@@ -338,8 +339,7 @@ fn unlikely(observed: &Observed, primitive: &Primitive, view: &Unit<Vector3<f64>
             let reach_m = || {
                 OUTLIER_SIGMAS * expected_m(observed).max(typical_distance_m(observed, primitive))
             };
-            let [_, second, third] = primitive.size_m();
-            if third < BOARD_SHARE * second {
+            if is_board(primitive) {
                 RULED_OUT_COST
             } else if shows_one_face(observed, b, reach_m()) {
                 UNLIKELY_PENALTY
@@ -351,6 +351,12 @@ fn unlikely(observed: &Observed, primitive: &Primitive, view: &Unit<Vector3<f64>
     }
 }
 
+/// A box that is told as plane, however well it takes what lies beside the plane.
+fn is_board(primitive: &Primitive) -> bool {
+    let [_, second, third] = primitive.size_m();
+    matches!(primitive, Primitive::Cuboid(_)) && third < BOARD_SHARE * second
+}
+
 /// Eigenvectors by falling eigenvalue.
 fn symmetric_axes(covariance: &Matrix3<f64>) -> Vec<Unit<Vector3<f64>>> {
     let eigen = covariance.symmetric_eigen();
@@ -360,4 +366,36 @@ fn symmetric_axes(covariance: &Matrix3<f64>) -> Vec<Unit<Vector3<f64>>> {
         .iter()
         .map(|&k| Unit::new_normalize(eigen.eigenvectors.column(k).into_owned()))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mixture::Mixture;
+    use crate::novelty::Rim;
+    use crate::shape::primitive::{Plane, Primitive};
+    use crate::shape::scenes::look;
+    use crate::shape::{Class, ShapeSettings, retrieve};
+    use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    /// A door and a strip of its frame: a thin box would take both.
+    #[test]
+    fn a_board_stays_a_plane_where_a_strip_lies_just_behind_it() {
+        let facing = Matrix3::from_columns(&[Vector3::y(), Vector3::z(), Vector3::x()]);
+        let door = Primitive::Plane(Plane {
+            centre: Point3::new(2.0, 0.0, 0.0),
+            rotation: Rotation3::from_matrix_unchecked(facing),
+            sides_m: [1.0, 0.8],
+        });
+        let sensor = Point3::origin();
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let mut points = look(&door, &sensor, 150, 0.004, &mut rng);
+        points.extend((0..14).map(|k| Point3::new(2.04, 0.505, -0.35 + 0.05 * f64::from(k))));
+        let (rim, mixture) = (Rim::default(), Mixture::default());
+        let settings = ShapeSettings::default();
+        let found = retrieve(&points, &rim, &mixture, &sensor, &settings, 1);
+        let best = found.expect("a shape").best;
+        assert_eq!(best.class, Class::Plane, "{best:?}");
+    }
 }
