@@ -155,7 +155,7 @@ impl Report {
     pub fn prose(&self, timed: bool) -> String {
         let beams = self.beams.map_or(String::new(), |b| format!(", beams {b}"));
         let mut parts = vec![format!(
-            "{}, seed {}{beams}, {:.0} s; rates per object (Table I's counts) per told shape (Eq. 14 as printed), and of things not told as ambiguous",
+            "{}, seed {}{beams}, {:.0} s; rates per object (Table I's counts), per told shape (Eq. 14 as printed), and of things not told as ambiguous",
             match self.table {
                 1 => "Table I",
                 2 => "Table II",
