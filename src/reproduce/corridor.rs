@@ -5,7 +5,7 @@ use super::constants::{
     FEW, FIELD_DEG, FINE_SIGMA_M, LEAN_RAD, MANY, PLACE_M, PLANE_SIDES_M, PRINTED_VARIANCE_M2,
     SCENES, SLANT_RAD, TRIES,
 };
-use super::{Look, Truth};
+use super::{Look, LookError, Truth};
 use crate::geometry::View;
 use crate::shape::{Cylinder, Plane, Primitive, Sphere};
 use crate::world::{Ray, Scene, SceneError, World};
@@ -115,8 +115,8 @@ impl Corridor {
     /// The scene of this plan under this seed: the empty corridor, and the corridor now.
     ///
     /// # Errors
-    /// Never for the scenes that this room makes; a mistake in their text.
-    pub fn look(&self, seed: u64) -> Result<Look, SceneError> {
+    /// Where no draw stands clear of the walls; a mistake in the text of the scenes.
+    pub fn look(&self, seed: u64) -> Result<Look, LookError> {
         let stream = (self.number as u64) << 8
             | match self.thing {
                 Thing::Sphere => 0,
@@ -133,6 +133,12 @@ impl Corridor {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(stream);
         let thing = draw(self.thing, &mut rng);
+        if thing.is_none() && self.thing != Thing::Nothing {
+            return Err(LookError::NotClear {
+                name: self.name(),
+                tries: TRIES,
+            });
+        }
         let empty = world(None)?;
         let now = world(thing.as_ref())?;
         let sigma_m = self.noise.sigma_m();

@@ -29,5 +29,5 @@ pub use rooms::Furnished;
 pub use row::{PAPER, PaperColumn, Row};
 pub use score::{Mark, rotation_error_rad, score};
 pub use sites::Site;
-pub use truth::{Look, Truth};
+pub use truth::{Look, LookError, Truth};
 pub use ways::Way;

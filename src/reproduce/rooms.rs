@@ -5,15 +5,15 @@ use super::constants::{
     FURNISHED_AHEAD_M, FURNISHED_ASIDE_M, FURNISHED_POINTS, FURNISHED_ROWS, FURNISHED_SIZES_M,
     TRIES,
 };
-use super::two_sweeps::two_sweeps;
-use super::{Look, Truth};
+use super::two_sweeps::{TwoSweeps, two_sweeps};
+use super::{Look, LookError, Truth};
 use crate::shape::{Class, Cone, Cuboid, Cylinder, Plane, Primitive, Sphere, Superquadric};
 use crate::world::{Scene, SceneError};
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// A room 8 m by 6 m, free in the middle.
 const ROOM: &str = "
@@ -71,44 +71,50 @@ impl Furnished {
     /// The two sweeps of this scene under this seed. A thing that shows too few or too many points is drawn again.
     ///
     /// # Errors
-    /// Never for the scenes that this room makes; a mistake in their text.
-    pub fn look(self, name: String, seed: u64) -> Result<Look, SceneError> {
+    /// Where no draw shows as many points as wanted; a mistake in the text of the scenes.
+    pub fn look(self, name: String, seed: u64) -> Result<Look, LookError> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let kind = Self::CLASSES.iter().position(|c| *c == self.class);
         rng.set_stream((self.number as u64) << 8 | 0xc0 | kind.unwrap_or(0) as u64);
         let Some(class) = self.class else {
             let rows = FURNISHED_ROWS[rng.random_range(0..FURNISHED_ROWS.len())];
             let sweeps = two_sweeps([ROOM, ROOM], rows, &mut rng)?;
-            return Ok(Look {
+            return Ok(sweeps.look(name, None, false));
+        };
+        let drawn = drawn(class, &FURNISHED_POINTS, TRIES, &mut rng)?;
+        let Some((thing, sweeps)) = drawn else {
+            return Err(LookError::Points {
                 name,
-                reference: sweeps.before.view,
-                current: sweeps.after.view,
-                truth: None,
-                vacated: false,
+                tries: TRIES,
+                least: *FURNISHED_POINTS.start(),
+                most: *FURNISHED_POINTS.end(),
             });
         };
-        let mut tries = 0;
-        loop {
-            tries += 1;
-            let rows = FURNISHED_ROWS[rng.random_range(0..FURNISHED_ROWS.len())];
-            let thing = stand(class, &mut rng);
-            let after = format!("{ROOM}\n{}", text(&thing));
-            let object = Scene::parse(&after)?.build(None)?.object_named(THING);
-            let sweeps = two_sweeps([ROOM, &after], rows, &mut rng)?;
-            let met = sweeps.after.objects.iter().filter(|o| Some(**o) == object);
-            if FURNISHED_POINTS.contains(&met.count()) || tries == TRIES {
-                let current = sweeps.after.view;
-                let thing = thing.transformed(&sweeps.base_from_map);
-                return Ok(Look {
-                    name,
-                    reference: sweeps.before.view,
-                    truth: Some(Truth::of(&thing, &current.origin)),
-                    current,
-                    vacated: false,
-                });
-            }
+        let thing = thing.transformed(&sweeps.base_from_map);
+        let truth = Truth::of(&thing, &sweeps.after.view.origin);
+        Ok(sweeps.look(name, Some(truth), false))
+    }
+}
+
+/// The first of `tries` things that shows so many points, and its sweeps.
+fn drawn(
+    class: Class,
+    points: &RangeInclusive<usize>,
+    tries: usize,
+    rng: &mut ChaCha8Rng,
+) -> Result<Option<(Primitive, TwoSweeps)>, SceneError> {
+    for _ in 0..tries {
+        let rows = FURNISHED_ROWS[rng.random_range(0..FURNISHED_ROWS.len())];
+        let thing = stand(class, rng);
+        let after = format!("{ROOM}\n{}", text(&thing));
+        let object = Scene::parse(&after)?.build(None)?.object_named(THING);
+        let sweeps = two_sweeps([ROOM, &after], rows, rng)?;
+        let met = sweeps.after.objects.iter().filter(|o| Some(**o) == object);
+        if points.contains(&met.count()) {
+            return Ok(Some((thing, sweeps)));
         }
     }
+    Ok(None)
 }
 
 /// A thing on the floor, somewhere in front of the robot.
@@ -225,12 +231,22 @@ fn text(thing: &Primitive) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Furnished, stand, text};
-    use crate::shape::Primitive;
+    use super::{Furnished, drawn, stand, text};
+    use crate::shape::{Class, Primitive};
     use crate::world::{Ray, Scene};
     use nalgebra::{Unit, Vector3};
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
+
+    #[test]
+    fn a_thing_that_never_shows_enough_points_is_told_and_none_is_made_up() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let within = |least, most, rng: &mut ChaCha8Rng| {
+            drawn(Class::Sphere, &(least..=most), 2, rng).expect("a scene")
+        };
+        assert!(within(1_000_000, 2_000_000, &mut rng).is_none());
+        assert!(within(1, 1_000_000, &mut rng).is_some());
+    }
 
     /// What is scored as truth and what the rays meet are one thing: rays from all around end on the primitive.
     #[test]

@@ -94,6 +94,17 @@ impl Row {
         self.over(self.shapes)
     }
 
+    /// Share of the things told right of those that were not told as ambiguous; `None` where nothing is left.
+    pub fn definite(&self) -> Option<f64> {
+        let left = self.objects - self.ambiguous;
+        (left > 0).then(|| self.right as f64 / left as f64)
+    }
+
+    /// Share of the things told as ambiguous; `None` where nothing was there.
+    pub fn ambiguous_share(&self) -> Option<f64> {
+        (self.objects > 0).then(|| self.ambiguous as f64 / self.objects as f64)
+    }
+
     fn over(&self, number: usize) -> [f64; 2] {
         [self.right, self.wrong].map(|n| n as f64 / number.max(1) as f64)
     }
@@ -203,5 +214,25 @@ mod tests {
         assert!((row.size_cm[1].expect("sizes") - 4.0).abs() < 1e-12);
         assert!((row.size_bias_cm[0].expect("sizes") - 3.0).abs() < 1e-12);
         assert_eq!((row.size_cm[2], row.coverage), (None, Some(0.5)));
+    }
+
+    #[test]
+    fn what_is_ambiguous_is_no_miss_of_the_class() {
+        let ambiguous = Mark {
+            ambiguous: true,
+            ..mark(true, false, 0)
+        };
+        let marks = [
+            mark(true, true, 0),
+            ambiguous.clone(),
+            mark(true, false, 1),
+            mark(false, false, 0),
+        ];
+        let row = Row::of(marks.iter());
+        assert_eq!(row.definite(), Some(0.5));
+        assert_eq!(row.ambiguous_share(), Some(1.0 / 3.0));
+        assert_eq!(Row::of([ambiguous].iter()).definite(), None);
+        let empty = Row::of(marks[3..].iter());
+        assert_eq!((empty.definite(), empty.ambiguous_share()), (None, None));
     }
 }

@@ -5,10 +5,9 @@ use super::constants::{
     HINGE_M, LEAF_M, OPEN_DEG, PERSON_AT_M, PERSON_M, REPEATS, SITE_ROWS, THICKNESS_M,
 };
 use super::two_sweeps::two_sweeps;
-use super::{Look, Truth};
+use super::{Look, LookError, Truth};
 use crate::geometry::Pose;
 use crate::shape::{Class, Plane, Primitive};
-use crate::world::SceneError;
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -69,7 +68,7 @@ impl Site {
     ///
     /// # Errors
     /// Never for the scenes that this room makes; a mistake in their text.
-    pub fn look(self, repeat: usize, seed: u64) -> Result<Look, SceneError> {
+    pub fn look(self, repeat: usize, seed: u64) -> Result<Look, LookError> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream((repeat as u64) << 8 | 0x80 | self as u64);
         let (before, after) = match self {
@@ -78,15 +77,9 @@ impl Site {
             Self::DoorClosed => (door(OPEN_DEG), door(0.0)),
         };
         let sweeps = two_sweeps([&before, &after], SITE_ROWS, &mut rng)?;
-        let current = sweeps.after.view;
-        let truth = self.truth(&sweeps.base_from_map, &current.origin);
-        Ok(Look {
-            name: format!("{}-{repeat}", self.word()),
-            reference: sweeps.before.view,
-            current,
-            truth: Some(truth),
-            vacated: self != Self::Person,
-        })
+        let truth = self.truth(&sweeps.base_from_map, &sweeps.after.view.origin);
+        let name = format!("{}-{repeat}", self.word());
+        Ok(sweeps.look(name, Some(truth), self != Self::Person))
     }
 
     fn truth(self, base_from_map: &Pose, sensor: &Point3<f64>) -> Truth {

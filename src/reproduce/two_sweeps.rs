@@ -1,6 +1,7 @@
 //! Two sweeps of one place by the emulated laser on its head: the robot goes away and comes back to about where it was.
 
 use super::constants::{BASE_M, RETURN_ERROR, SITE_TILT_DEG};
+use super::{Look, Truth};
 use crate::geometry::{Pose, RollPitchYaw};
 use crate::world::{
     MountGeometry, NoiseOptions, Robot, SampledView, Scene, SceneError, SweepRows, sample_view,
@@ -18,6 +19,19 @@ pub(super) struct TwoSweeps {
     pub after: SampledView,
     /// Maps places of the scene to the second sweep's frame.
     pub base_from_map: Pose,
+}
+
+impl TwoSweeps {
+    /// As a look, with what is true of it.
+    pub fn look(self, name: String, truth: Option<Truth>, vacated: bool) -> Look {
+        Look {
+            name,
+            reference: self.before.view,
+            current: self.after.view,
+            truth,
+            vacated,
+        }
+    }
 }
 
 /// Sweeps of `rows` rows of the scenes `texts`, before and after; other noise, the robot back to within

@@ -114,7 +114,8 @@ pub(super) const OUTLIER_SIGMAS: f64 = 3.0;
 pub(super) const LEAST_LENGTH_SHARE: f64 = 0.5;
 /// See `LEAST_LENGTH_SHARE`; 25 deg.
 pub(super) const LEAST_AXIS_VIEW_RAD: f64 = 0.44;
-/// See `LEAST_LENGTH_SHARE`.
+/// See `LEAST_LENGTH_SHARE`. A box pays it, too, behind whose first face no more points lie than
+/// strays do: its edge alone tells it from a plane.
 pub(super) const UNLIKELY_PENALTY: f64 = 10.0;
 /// Fits of one class whose moments cost this much more than its best (as -2 ln odds) are given up
 /// before the points are asked.
@@ -129,6 +130,9 @@ pub(super) const LONELY_COMPANY: usize = 3;
 pub(super) const LONELY_SPACINGS: f64 = 2.8;
 /// More than this share of all points is no set of strays but a thing of its own kind.
 pub(super) const MOST_LONELY_SHARE: f64 = 0.2;
+/// Classes less probable than this are not listed among the alternatives: a posterior is known to a
+/// hundredth at best (rates over a hundred looks, `trials.rs`). Those ruled out early lie far below.
+pub(super) const LEAST_LISTED_PROBABILITY: f64 = 0.01;
 /// Classes whose moments cost this much more than another's (as -2 ln odds) are no candidates: the
 /// prior against the data would have to be e^40.
 pub(super) const RULED_OUT_COST: f64 = 80.0;
@@ -172,14 +176,14 @@ pub(super) const MEDIAN_SCATTER: f64 = 1.17;
 pub(super) const QUADRIC_NEIGHBOURS: usize = 18;
 /// A box thinner than this share of its second side is a board, told as plane.
 pub(super) const BOARD_SHARE: f64 = 0.0625;
-/// A box whose other faces together hold less than this share of the points is told apart from a
-/// plane by its edge only, and pays `UNLIKELY_PENALTY`.
-pub(super) const LEAST_BESIDE_SHARE: f64 = 0.1;
-/// Points that noise brings over an edge onto a face that no beam meets.
+/// Points that noise brings over an edge onto a face that no beam meets, or beyond `OUTLIER_SIGMAS`
+/// of a surface of at most `MOST_FITTED_POINTS` points (a normal law: 0.4).
 pub(super) const FACE_FLOOR_POINTS: f64 = 1.0;
 /// Fits of one class that are judged again by the spread of the points.
 pub(super) const MOST_JUDGED: usize = 1;
-/// Share of points next to a surface that belong to something else (segmentation leaves some).
+/// Share of points next to a surface that belong to something else (segmentation leaves some). Where
+/// more than it and `FACE_FLOOR_POINTS` lie beyond `OUTLIER_SIGMAS`, they are no strays but of a face
+/// that the class does not have.
 pub(super) const FOREIGN_SHARE: f64 = 0.02;
 /// Rows farther apart than this many standard deviations show through the noise: at 1.5 what is left of
 /// them is e^-9 of the mean density.
@@ -229,6 +233,11 @@ pub(super) const ALONG_SHARE: f64 = 0.6;
 pub(super) const NEIGHBOURHOOD_NEARS: f64 = 3.0;
 /// Fewest points along a surface, of which each view is to have so many before it is said to have the surface there.
 pub(super) const LEAST_ALONG: usize = 3;
+/// Points that tell a flat surface and their own scatter about it: two for each of its three parameters.
+pub(super) const LEAST_FORMER: usize = 6;
+/// What stands on a surface is looked for over a point within this slope, height over distance: 27 deg off
+/// its normal. Where a wall ends, it rises beside a point of the floor beyond, not over it.
+pub(super) const LEAST_RISE: f64 = 2.0;
 
 #[cfg(test)]
 mod tests {

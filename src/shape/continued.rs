@@ -2,9 +2,13 @@
 //! hinge. Such points are its own if they lie on its surface and the surface that they lie on is not one that was there
 //! before.
 
-use super::constants::{ALONG_SHARE, LEAST_ALONG, NEIGHBOURHOOD_NEARS};
+use super::constants::{
+    ALONG_SHARE, LEAST_ALONG, LEAST_FORMER, LEAST_RISE, MOMENT_FLOOR_M, NEIGHBOURHOOD_NEARS,
+    OUTLIER_SIGMAS,
+};
 use super::model::{Class, Shape};
 use crate::geometry::Grid;
+use crate::mixture::Gaussian;
 use crate::novelty::Rim;
 use nalgebra::{Point3, Vector3};
 
@@ -35,10 +39,71 @@ pub(super) fn continued(
     };
     let now = Grid::new(&own, radius_m);
     let then = Grid::new(&rim.before, radius_m);
+    let former = |p: &Point3<f64>| Former::at(p, &then, &rim.before, rim.reach_m, near_m);
+    // Rows of a floor run along a thing by chance; what stands on it rises from it.
+    let rises = |p: &Point3<f64>, former: &Former| {
+        let mut rising = 0;
+        now.for_each_within(p, radius_m, |i, _| {
+            rising += usize::from(on(&own[i]) && former.rises(p, &own[i]));
+        });
+        rising >= LEAST_ALONG
+    };
     let belongs = |p: &&Point3<f64>| {
-        on(p) && mostly(around(&now, &own, p)) && !mostly(around(&then, &rim.before, p))
+        on(p)
+            && mostly(around(&now, &own, p))
+            && !mostly(around(&then, &rim.before, p))
+            && former(p).is_none_or(|f| f.over_m(p).abs() > f.reach_m || rises(p, &f))
     };
     rim.beside.iter().filter(belongs).copied().collect()
+}
+
+/// The flat surface that was at a place before.
+struct Former {
+    middle: Point3<f64>,
+    normal: Vector3<f64>,
+    /// Its own points lie within this of it, metres.
+    reach_m: f64,
+}
+
+impl Former {
+    /// By the points `before` within `radius_m` of `p`; `None` where these are few, in a line, or no flat surface.
+    fn at(
+        p: &Point3<f64>,
+        then: &Grid,
+        before: &[Point3<f64>],
+        radius_m: f64,
+        near_m: f64,
+    ) -> Option<Self> {
+        let mut around = Vec::new();
+        then.for_each_within(p, radius_m, |i, _| around.push(before[i]));
+        if around.len() < LEAST_FORMER {
+            return None;
+        }
+        let moments = Gaussian::of_points(&around)?;
+        let eigen = moments.covariance.symmetric_eigen();
+        let flat = eigen.eigenvalues.imin();
+        let mut sds_m: [f64; 3] = eigen.eigenvalues.map(|v| v.max(0.0).sqrt()).into();
+        sds_m.sort_by(f64::total_cmp);
+        let [thickness_m, width_m, _] = sds_m;
+        let reach_m = OUTLIER_SIGMAS * thickness_m.max(MOMENT_FLOOR_M);
+        (width_m > near_m && reach_m <= near_m).then(|| Self {
+            middle: moments.mean,
+            normal: eigen.eigenvectors.column(flat).into_owned(),
+            reach_m,
+        })
+    }
+
+    fn over_m(&self, p: &Point3<f64>) -> f64 {
+        (p - self.middle).dot(&self.normal)
+    }
+
+    /// Whether `q` stands off it steeply over `p`.
+    fn rises(&self, p: &Point3<f64>, q: &Point3<f64>) -> bool {
+        let over_m = self.over_m(q).abs();
+        let step = q - p;
+        let across_m = (step - self.normal * step.dot(&self.normal)).norm();
+        over_m > self.reach_m && over_m >= LEAST_RISE * across_m
+    }
 }
 
 /// Whether the surface of `shape`, drawn out beyond its edges, runs through `p`. One that closes itself (a ball, a
@@ -209,6 +274,28 @@ mod tests {
             })
             .collect();
         assert_eq!(told(&door, &points, &rim).len(), rim.beside.len());
+    }
+
+    #[test]
+    fn a_row_of_the_floor_that_runs_along_a_board_is_none_of_it() {
+        // Its face ends 4 cm over the floor; the row of the floor next to it lies in its plane, the former ones did not.
+        let axes = Matrix3::new(0.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
+        let board = shape(Class::Plane, [2.0, 0.0, 0.27], axes, [0.4, 0.46, 0.0]);
+        let points = upright(2.0, [-20, 20], [4, 50]);
+        let foot = upright(2.0, [-20, 20], [0, 2]);
+        let row = upright(2.0, [22, 34], [0, 0]);
+        let rows_before = |xs: &[f64]| -> Vec<Point3<f64>> {
+            let rows = xs.iter().flat_map(|x| upright(*x, [-60, 60], [0, 0]));
+            rows.collect()
+        };
+        let rim = Rim {
+            reach_m: 0.16,
+            beside: foot.iter().chain(&row).copied().collect(),
+            before: rows_before(&[1.86, 1.95, 2.05, 2.14]),
+        };
+        let more = told(&board, &points, &rim);
+        assert!(more.iter().all(|p| p.y < 0.24), "{more:?}");
+        assert!(more.len() + 3 >= foot.len(), "{}", more.len());
     }
 
     #[test]

@@ -1,41 +1,42 @@
 //! Method B: which class's visible moments are the novelty's (Algorithm 2, one novelty at a time).
 
 use super::constants::{
-    BIASED_NOISE, BOARD_SHARE, HOPEFUL, LEAST_AXIS_VIEW_RAD, LEAST_BESIDE_SHARE,
-    LEAST_FURTHER_POINTS, LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE,
-    LEAST_SUPERQUADRIC_POINTS, MEDIAN_SCATTER, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES,
+    BIASED_NOISE, BOARD_SHARE, HOPEFUL, LEAST_AXIS_VIEW_RAD, LEAST_FURTHER_POINTS,
+    LEAST_LENGTH_SHARE, LEAST_NOISE_SHARE, LEAST_SEEN_NOISE, LEAST_SUPERQUADRIC_POINTS,
+    MEDIAN_SCATTER, MOST_FITTED_POINTS, MOST_JUDGED, MOST_WITNESSES, OUTLIER_SIGMAS,
     PROMISING_COST, ROUGHNESS_SHARE, ROUNDS_OF_ALIKE, RULED_OUT_COST, SAME_ANSWER_M,
     UNEXPLAINED_SIGMAS, UNLIKELY_PENALTY,
 };
-use super::faces::{beside_first_face, tally_cost};
+use super::faces::{shows_one_face, tally_cost};
+use super::hidden::hidden_share;
 use super::matching::{Matched, Observed, Witness, matched};
-use super::model::Class;
+use super::model::{Alternative, Class};
 use super::primitive::Primitive;
-use super::remains::{noise_among_neighbours_m, within, without_pattern};
+use super::remains::{more_than_strays, noise_among_neighbours_m, within, without_pattern};
 use super::settings::{BeamDensity, ShapeSettings, SurfaceModel};
 use super::starts::{alike, edged_starts, superquadric_starts};
 use crate::mixture::Gaussian;
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
-/// One class's best answer.
+/// The most probable answer.
 #[derive(Debug, Clone)]
 pub(super) struct Candidate {
     pub primitive: Primitive,
     pub centre_sd_m: [f64; 3],
     pub size_sd_m: [f64; 3],
-    /// Posterior among the candidates.
+    /// Posterior among the classes.
     pub probability: f64,
 }
 
-/// Every class's best answer for points with these moments, most probable first. `noise_m` is the
-/// standard deviation of a point. Empty if nothing could be fitted.
+/// What the classes make of points with these moments: the most probable answer, and every class by falling
+/// probability. `noise_m` is the standard deviation of a point. `None` if nothing could be fitted.
 pub(super) fn candidates(
     points: &[Point3<f64>],
     moments: &Gaussian,
     sensor: &Point3<f64>,
     noise_m: f64,
     settings: &ShapeSettings,
-) -> Vec<Candidate> {
+) -> Option<(Candidate, Vec<Alternative>)> {
     let observed = observed(points, moments, sensor, noise_m, settings);
     let eigen = symmetric_axes(&moments.covariance);
     let view = Unit::try_new(-observed.sensor.coords, 1e-9).unwrap_or_else(Vector3::x_axis);
@@ -55,26 +56,55 @@ pub(super) fn candidates(
     let mut scored: Vec<(f64, Matched)> = fits
         .into_iter()
         .filter_map(|class| {
-            let scored = class.into_iter().map(|f| (score(&observed, &f, &view), f));
+            let told = class.into_iter().filter(|f| !is_board(&f.primitive));
+            let scored = told.map(|f| (score(&observed, &f, &view), f));
             scored.min_by(|a, b| a.0.total_cmp(&b.0))
         })
         .collect();
     scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let best = scored.first().map_or(0.0, |s| s.0);
-    let total: f64 = scored.iter().map(|(s, _)| ((best - s) / 2.0).exp()).sum();
+    let mut classes: Vec<(f64, Class)> = scored
+        .iter()
+        .map(|(score, fit)| (*score, fit.primitive.class()))
+        .collect();
+    if settings.points_judge && observed.points.len() >= LEAST_FURTHER_POINTS {
+        with_hidden_box(&observed, &scored, &mut classes);
+    }
+    let (least, best) = scored.first()?;
+    let odds = |score: f64| ((least - score) / 2.0).exp();
+    let total: f64 = classes.iter().map(|(score, _)| odds(*score)).sum();
+    let (centre_sd_m, size_sd_m) = best.spreads(&observed);
     let back = Isometry3::from_parts(moments.mean.coords.into(), Default::default());
-    scored
-        .into_iter()
-        .map(|(score, fit)| {
-            let (centre_sd_m, size_sd_m) = fit.spreads(&observed);
-            Candidate {
-                primitive: fit.primitive.transformed(&back),
-                centre_sd_m,
-                size_sd_m,
-                probability: ((best - score) / 2.0).exp() / total,
-            }
-        })
-        .collect()
+    let best = Candidate {
+        primitive: best.primitive.transformed(&back),
+        centre_sd_m,
+        size_sd_m,
+        probability: 1.0 / total,
+    };
+    let alternatives = classes.into_iter().map(|(score, class)| Alternative {
+        class,
+        probability: odds(score) / total,
+    });
+    Some((best, alternatives.collect()))
+}
+
+/// Counts the box that the plane may be the front of, if it is likelier than the one that was fitted: as good a
+/// fit, one parameter more, and only as far as its depth is hidden.
+fn with_hidden_box(
+    observed: &Observed,
+    scored: &[(f64, Matched)],
+    classes: &mut Vec<(f64, Class)>,
+) {
+    let plane = scored.iter().find_map(|(score, fit)| match fit.primitive {
+        Primitive::Plane(plane) => Some((score, plane)),
+        _ => None,
+    });
+    let Some((score, plane)) = plane else { return };
+    let hidden = score + observed.count.ln() - 2.0 * hidden_share(observed, &plane).ln();
+    match classes.iter_mut().find(|(_, class)| *class == Class::Box) {
+        Some((fitted, _)) => *fitted = fitted.min(hidden),
+        None => classes.push((hidden, Class::Box)),
+    }
+    classes.sort_by(|a, b| a.0.total_cmp(&b.0));
 }
 
 /// What of a surface the points show: all of the ideal one where the sensor stands among them.
@@ -140,7 +170,7 @@ fn judged(
     view: &Unit<Vector3<f64>>,
     axes: &[Unit<Vector3<f64>>],
 ) -> Vec<Vec<Matched>> {
-    let expected = observed.noise_m.hypot(ROUGHNESS_SHARE * observed.scale_m);
+    let expected = expected_m(observed);
     let first = witness(observed, expected);
     // Where the moments alone rule a class out, its points need not be asked.
     let cheapest = |class: &[Matched]| {
@@ -165,6 +195,7 @@ fn judged(
     let enough = observed.points.len() >= LEAST_FURTHER_POINTS;
     let explains = |primitive: &Primitive| {
         within(observed, primitive, observed.noise_m)
+            && !more_than_strays(observed, primitive, observed.noise_m)
             && without_pattern(observed, primitive, axes)
             && unlikely(observed, primitive, view) == 0.0
     };
@@ -244,6 +275,11 @@ fn drawn_in(observed: &Observed, starts: Vec<Primitive>, witness: Witness) -> Ve
     fits.collect()
 }
 
+/// Standard deviation of a point of a thing that is of its class: noise and roughness, metres.
+fn expected_m(observed: &Observed) -> f64 {
+    observed.noise_m.hypot(ROUGHNESS_SHARE * observed.scale_m)
+}
+
 fn witness(observed: &Observed, sd_m: f64) -> Witness {
     Witness {
         sd_m,
@@ -298,11 +334,14 @@ fn unlikely(observed: &Observed, primitive: &Primitive, view: &Unit<Vector3<f64>
                 0.0
             }
         }
-        Primitive::Cuboid(_) => {
-            let [_, second, third] = primitive.size_m();
-            if third < BOARD_SHARE * second {
+        Primitive::Cuboid(b) => {
+            // Noise as told or as seen about the box itself, whichever is more.
+            let reach_m = || {
+                OUTLIER_SIGMAS * expected_m(observed).max(typical_distance_m(observed, primitive))
+            };
+            if is_board(primitive) {
                 RULED_OUT_COST
-            } else if beside_first_face(observed, primitive) < LEAST_BESIDE_SHARE {
+            } else if shows_one_face(observed, b, reach_m()) {
                 UNLIKELY_PENALTY
             } else {
                 0.0
@@ -310,6 +349,12 @@ fn unlikely(observed: &Observed, primitive: &Primitive, view: &Unit<Vector3<f64>
         }
         _ => 0.0,
     }
+}
+
+/// A box that is told as plane, however well it takes what lies beside the plane.
+fn is_board(primitive: &Primitive) -> bool {
+    let [_, second, third] = primitive.size_m();
+    matches!(primitive, Primitive::Cuboid(_)) && third < BOARD_SHARE * second
 }
 
 /// Eigenvectors by falling eigenvalue.
@@ -321,4 +366,36 @@ fn symmetric_axes(covariance: &Matrix3<f64>) -> Vec<Unit<Vector3<f64>>> {
         .iter()
         .map(|&k| Unit::new_normalize(eigen.eigenvectors.column(k).into_owned()))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mixture::Mixture;
+    use crate::novelty::Rim;
+    use crate::shape::primitive::{Plane, Primitive};
+    use crate::shape::scenes::look;
+    use crate::shape::{Class, ShapeSettings, retrieve};
+    use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    /// A door and a strip of its frame: a thin box would take both.
+    #[test]
+    fn a_board_stays_a_plane_where_a_strip_lies_just_behind_it() {
+        let facing = Matrix3::from_columns(&[Vector3::y(), Vector3::z(), Vector3::x()]);
+        let door = Primitive::Plane(Plane {
+            centre: Point3::new(2.0, 0.0, 0.0),
+            rotation: Rotation3::from_matrix_unchecked(facing),
+            sides_m: [1.0, 0.8],
+        });
+        let sensor = Point3::origin();
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let mut points = look(&door, &sensor, 150, 0.004, &mut rng);
+        points.extend((0..14).map(|k| Point3::new(2.04, 0.505, -0.35 + 0.05 * f64::from(k))));
+        let (rim, mixture) = (Rim::default(), Mixture::default());
+        let settings = ShapeSettings::default();
+        let found = retrieve(&points, &rim, &mixture, &sensor, &settings, 1);
+        let best = found.expect("a shape").best;
+        assert_eq!(best.class, Class::Plane, "{best:?}");
+    }
 }

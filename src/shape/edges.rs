@@ -3,7 +3,7 @@
 //! It tells a length from the points at both ends; the moments spread the same knowledge over all.
 
 use super::constants::{CLIMB_STEPS, CLIMB_TOLERANCE, SHARP_EDGE_SIGMAS};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{SMatrix, SVector, Vector3};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 /// Share of a blurred step that lies between two edges, and its derivatives.
@@ -62,6 +62,26 @@ pub(super) fn typical_gap_m(places: &mut [f64]) -> f64 {
             covered >= half
         })
         .unwrap_or(0.0)
+}
+
+/// How far apart the rows lie at the upper end along the first axis, metres: from the outermost points, the median
+/// of the steps inwards to the next point that lies more along the axis than across it. The neighbours in a row that
+/// runs across do not count, nor do rows elsewhere, whose places mix in [`typical_gap_m`].
+pub(super) fn gap_at_end_m(places: &[Vector3<f64>], outermost: usize) -> f64 {
+    let mut order: Vec<&Vector3<f64>> = places.iter().collect();
+    order.sort_by(|a, b| b.x.total_cmp(&a.x));
+    let step_inwards = |from: &&Vector3<f64>| {
+        let steps = places.iter().map(|to| *from - to);
+        let inwards = steps.filter(|d| d.x > 0.0 && d.x > d.yz().norm());
+        inwards.map(|d| d.x).min_by(f64::total_cmp)
+    };
+    let mut gaps: Vec<f64> = order
+        .iter()
+        .take(outermost)
+        .filter_map(step_inwards)
+        .collect();
+    gaps.sort_by(f64::total_cmp);
+    gaps.get(gaps.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Log-likelihood of all points, its gradient, and the sum of the outer products of every point's
@@ -127,8 +147,8 @@ pub(super) fn climb<const N: usize>(
 
 #[cfg(test)]
 mod tests {
-    use super::{Between, Likelihood, climb, typical_gap_m};
-    use nalgebra::Vector2;
+    use super::{Between, Likelihood, climb, gap_at_end_m, typical_gap_m};
+    use nalgebra::{Vector2, Vector3};
 
     #[test]
     fn a_blurred_step_has_its_known_values_and_slopes() {
@@ -153,6 +173,22 @@ mod tests {
         rows.push(2.5);
         assert!((typical_gap_m(&mut rows) - 0.2).abs() < 1e-12);
         assert!(typical_gap_m(&mut []).abs() < 1e-12);
+    }
+
+    #[test]
+    fn slanted_rows_show_their_spacing_at_the_end_though_their_places_mix() {
+        // Rows 0.1 m apart that climb by a row's spacing over the width; further down they lie closer.
+        let rows = [1.0, 0.9, 0.8, 0.7, 0.68, 0.66, 0.64];
+        let places: Vec<Vector3<f64>> = rows
+            .iter()
+            .flat_map(|x| (0..20).map(move |k| (x, f64::from(k) * 0.02)))
+            .map(|(x, y)| Vector3::new(x + 0.2 * y, y, 0.0))
+            .collect();
+        let told = gap_at_end_m(&places, 10);
+        assert!((told - 0.1).abs() < 0.02, "{told}");
+        let mut along: Vec<f64> = places.iter().map(|p| p.x).collect();
+        assert!(typical_gap_m(&mut along) < 0.02);
+        assert!(gap_at_end_m(&[], 10).abs() < 1e-12);
     }
 
     #[test]

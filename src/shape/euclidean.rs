@@ -1,8 +1,8 @@
 //! Method A: primitives by consensus, of the novelty's points or of samples on its ellipsoids.
 
 use super::constants::{
-    CONSENSUS_EPSILON_SHARE, LEAST_NOISE_M, MOST_CONSENSUS_POINTS, NORMAL_NEIGHBOURS,
-    RESIDUAL_POINTS, ROUGHNESS_SHARE,
+    CONSENSUS_EPSILON_SHARE, LEAST_LISTED_PROBABILITY, LEAST_NOISE_M, MOST_CONSENSUS_POINTS,
+    NORMAL_NEIGHBOURS, RESIDUAL_POINTS, ROUGHNESS_SHARE,
 };
 use super::model::{Alternative, Class, Method, Shape};
 use super::primitive::Primitive;
@@ -62,6 +62,9 @@ pub(super) fn by_consensus(
             }
         })
         .collect();
+    shape
+        .alternatives
+        .retain(|a| a.probability >= LEAST_LISTED_PROBABILITY);
     shape
         .alternatives
         .sort_by(|a, b| b.probability.total_cmp(&a.probability));

@@ -5,11 +5,13 @@
 use super::constants::FACE_FLOOR_POINTS;
 use super::matching::Observed;
 use super::moments::seen_weight;
-use super::primitive::Primitive;
+use super::primitive::{Cuboid, Primitive};
+use super::remains::strays;
 use super::settings::SurfaceModel;
+use nalgebra::Point3;
 
 /// Faces of one primitive in sight at most.
-const FACES: usize = 3;
+pub(super) const FACES: usize = 3;
 
 /// -2 ln of the multinomial likelihood ratio between the share of the points next to every face and
 /// the share of the beams that meet it (the G statistic), for the points' effective number; 0 for a
@@ -22,19 +24,31 @@ pub(super) fn tally_cost(observed: &Observed, primitive: &Primitive) -> f64 {
     if !faced || observed.surface == SurfaceModel::Ideal {
         return 0.0;
     }
+    let beams = beams_on(observed, primitive);
+    g_statistic(&points_on(observed, primitive), &beams, observed.count)
+}
+
+/// Beams that meet every face, up to a common factor.
+pub(super) fn beams_on(observed: &Observed, primitive: &Primitive) -> [f64; FACES] {
     let mut beams = [0.0; FACES];
     primitive.visible(&observed.sensor, &mut |patch| {
         let face = primitive.seen_face(&patch.at, &observed.sensor);
         beams[face] += seen_weight(&patch, &observed.sensor, &observed.density);
     });
-    g_statistic(&points_on(observed, primitive), &beams, observed.count)
+    beams
 }
 
-/// Share of the points that lie next to another face than the one with most of them.
-pub(super) fn beside_first_face(observed: &Observed, primitive: &Primitive) -> f64 {
-    let on = points_on(observed, primitive);
-    let most = on.iter().fold(0.0f64, |a, &b| a.max(b));
-    1.0 - most / on.iter().sum::<f64>().max(1.0)
+/// Whether no more of the points lie farther than `limit_m` behind the box's face with most of them
+/// than strays do: they show one face, and noise.
+pub(super) fn shows_one_face(observed: &Observed, cuboid: &Cuboid, limit_m: f64) -> bool {
+    let on = points_on(observed, &Primitive::Cuboid(*cuboid));
+    let first = (0..FACES).max_by(|&a, &b| on[a].total_cmp(&on[b]));
+    let behind = |p: &&Point3<f64>| {
+        let over_m = first.map(|axis| cuboid.over_face_m(p, axis, &observed.sensor));
+        over_m.is_some_and(|over_m| over_m < -limit_m)
+    };
+    let behind = observed.points.iter().filter(behind).count();
+    behind as f64 <= strays(observed.points.len())
 }
 
 fn points_on(observed: &Observed, primitive: &Primitive) -> [f64; FACES] {

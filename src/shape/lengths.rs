@@ -5,7 +5,7 @@ use super::constants::{
     BOUNDS, FOREIGN_SHARE, LEAST_BLUR_SHARE, LEAST_POINTS, LEAST_SEEN_NOISE, ROWS_SHOW_SIGMAS,
 };
 use super::covariance::Candidate;
-use super::edges::{Between, Likelihood, climb, typical_gap_m};
+use super::edges::{Between, Likelihood, climb, gap_at_end_m, typical_gap_m};
 use super::moments::seen_weight;
 use super::primitive::{Cylinder, Patch, Plane, Primitive, interval};
 use super::ransac::smallest_rectangle;
@@ -14,7 +14,9 @@ use nalgebra::{Point3, Rotation3, Vector2, Vector3, Vector5};
 
 /// What the likelihood of edges needs to know about a look.
 pub(super) struct Look<'a> {
-    /// Points next to the surface.
+    /// Whether the points are of the class: those of a thing that is not quite (a person) do not spread as its would.
+    pub of_class: bool,
+    /// Points next to the surface; all points of a thing that is not of its class.
     pub near: &'a [Point3<f64>],
     /// Standard deviation of a point, metres.
     pub noise_m: f64,
@@ -100,6 +102,9 @@ fn cylinder(candidate: &Candidate, c: &Cylinder, look: &Look<'_>) -> Option<Cand
     if sorted.len() < LEAST_POINTS {
         return None;
     }
+    if !look.of_class {
+        return outermost(candidate, c, look);
+    }
     let gap_m = typical_gap_m(&mut sorted);
     let heights = sorted;
     let (first, last) = (*heights.first()?, *heights.last()?);
@@ -144,21 +149,51 @@ fn cylinder(candidate: &Candidate, c: &Cylinder, look: &Look<'_>) -> Option<Cand
     let (low, high) = (edges[0], edges[1]);
     let variance = covariance[(0, 0)] + covariance[(1, 1)] - 2.0 * covariance[(0, 1)]
         + 2.0 * edge_variance(gap_m);
+    let of_middle = covariance.sum() / 4.0 + edge_variance(gap_m) / 2.0;
+    Some(between(candidate, c, [low, high], [variance, of_middle]))
+}
+
+/// Length of what is not quite a cylinder: from end to end of its points and half a row's spacing beyond. Of how they
+/// spread between nothing is known, and a thin end would pass for strays.
+fn outermost(candidate: &Candidate, c: &Cylinder, look: &Look<'_>) -> Option<Candidate> {
+    let frame = c.rotation(look.sensor).transpose();
+    let places = |sign: f64| -> Vec<Vector3<f64>> {
+        let own = look.near.iter().map(|p| frame * (p - c.centre));
+        own.map(|d| Vector3::new(sign * d.z, d.x, d.y)).collect()
+    };
+    let end = |sign: f64| {
+        let places = places(sign);
+        let last = places.iter().map(|d| d.x).max_by(f64::total_cmp)?;
+        let gap_m = gap_at_end_m(&places, LEAST_POINTS);
+        let variance = edge_variance(gap_m) + look.noise_m * look.noise_m;
+        Some((last + gap_m / 2.0, variance))
+    };
+    let ((below, of_low), (high, of_high)) = (end(-1.0)?, end(1.0)?);
+    let variance = of_low + of_high;
+    let variances = [variance, variance / 4.0];
+    Some(between(candidate, c, [-below, high], variances))
+}
+
+/// The candidate's cylinder between these ends along its axis, with the variances of its length and of its middle.
+fn between(
+    candidate: &Candidate,
+    c: &Cylinder,
+    [low, high]: [f64; 2],
+    [of_length, of_middle]: [f64; 2],
+) -> Candidate {
     let mut measured = candidate.clone();
     measured.primitive = Primitive::Cylinder(Cylinder {
         centre: c.centre + c.axis.as_ref() * f64::midpoint(low, high),
         length_m: BOUNDS.cylinder_length_m.clamp(high - low),
         ..*c
     });
-    measured.size_sd_m[2] = variance.max(0.0).sqrt();
-    let along = (covariance.sum() / 4.0 + edge_variance(gap_m) / 2.0)
-        .max(0.0)
-        .sqrt();
+    measured.size_sd_m[2] = of_length.max(0.0).sqrt();
+    let along = of_middle.max(0.0).sqrt();
     for k in 0..3 {
         let across = candidate.centre_sd_m[k] * (1.0 - c.axis[k].powi(2)).max(0.0).sqrt();
         measured.centre_sd_m[k] = across.hypot(along * c.axis[k]);
     }
-    Some(measured)
+    measured
 }
 
 /// The better of two starts: the turn of the moments, and that of the smallest rectangle, which

@@ -10,6 +10,7 @@ mod covariance;
 mod edges;
 mod euclidean;
 mod faces;
+mod hidden;
 #[cfg(test)]
 mod laws;
 mod lengths;

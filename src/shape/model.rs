@@ -48,7 +48,8 @@ pub struct Shape {
     pub method: Method,
     /// Posterior probability of the class among those tried.
     pub probability: f64,
-    /// The other classes tried, most probable first.
+    /// The other classes, most probable first; of an ambiguous shape all of them. What is not listed is less
+    /// probable than 0.01, or was ruled out.
     pub alternatives: Vec<Alternative>,
     /// Centre, metres.
     pub centre: Point3<f64>,

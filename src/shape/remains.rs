@@ -1,7 +1,9 @@
 //! What a fit leaves between its surface and the points: noise alone, or a sign that another class
 //! made them.
 
-use super::constants::{OUTLIER_SIGMAS, QUADRIC_NEIGHBOURS, UNEXPLAINED_SIGMAS};
+use super::constants::{
+    FACE_FLOOR_POINTS, FOREIGN_SHARE, OUTLIER_SIGMAS, QUADRIC_NEIGHBOURS, UNEXPLAINED_SIGMAS,
+};
 use super::matching::Observed;
 use super::primitive::Primitive;
 use nalgebra::{Matrix3, Matrix6, Point3, Unit, Vector3, Vector6};
@@ -14,6 +16,20 @@ pub(super) fn within(observed: &Observed, primitive: &Primitive, sd_m: f64) -> b
     let distances = distances(observed, primitive, sd_m);
     let n = distances.len().max(1) as f64;
     mean_square(&distances) <= 1.0 + UNEXPLAINED_SIGMAS * (2.0 / n).sqrt()
+}
+
+/// Whether more points lie beyond `OUTLIER_SIGMAS` of the surface than strays do. Cut off as in
+/// [`within`], the few of a face far behind the others would pass for noise.
+pub(super) fn more_than_strays(observed: &Observed, primitive: &Primitive, sd_m: f64) -> bool {
+    let limit_m = OUTLIER_SIGMAS * sd_m;
+    let points = observed.points.iter();
+    let beyond = points.filter(|p| observed.distance_m(primitive, p).abs() > limit_m);
+    beyond.count() as f64 > strays(observed.points.len())
+}
+
+/// Points of another surface, or out of noise's reach, that `count` points of one may hold.
+pub(super) fn strays(count: usize) -> f64 {
+    FOREIGN_SHARE * count as f64 + FACE_FLOOR_POINTS
 }
 
 /// Whether the distances of the points from the surface have no sign in common within any region
@@ -115,7 +131,7 @@ fn thirds(points: &[Point3<f64>], axis: &Unit<Vector3<f64>>) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::{noise_among_neighbours_m, within, without_pattern};
+    use super::{more_than_strays, noise_among_neighbours_m, within, without_pattern};
     use crate::shape::matching::Observed;
     use crate::shape::primitive::{Cylinder, Primitive, Sphere};
     use crate::shape::scenes::look;
@@ -171,6 +187,24 @@ mod tests {
             let told = noise_among_neighbours_m(&seen);
             assert!((from..to).contains(&told), "{sigma_m}: {told}");
         }
+    }
+
+    #[test]
+    fn a_side_far_behind_is_more_than_strays_and_two_points_are_not() {
+        let (mut observed, cylinder) = bar(0.0);
+        let told = |observed: &Observed| {
+            // Noise told a little too large, as laws of noise mostly are.
+            let sd_m = 1.05 * observed.noise_m;
+            (
+                within(observed, &cylinder, sd_m),
+                more_than_strays(observed, &cylinder, sd_m),
+            )
+        };
+        // Of 108 points 3 may be strays.
+        observed.points[..3].fill(Point3::new(0.3, 0.3, 0.0));
+        assert_eq!(told(&observed), (true, false));
+        observed.points[..4].fill(Point3::new(0.3, 0.3, 0.0));
+        assert_eq!(told(&observed), (true, true));
     }
 
     #[test]

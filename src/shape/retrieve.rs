@@ -1,7 +1,8 @@
 //! The front door: both methods on one novelty, and the choice between them.
 
 use super::constants::{
-    LEAST_NEAR_SHARE, LEAST_NOISE_M, LEAST_POINTS, LEAST_SPREAD_M, ROUGHNESS_SHARE,
+    LEAST_LISTED_PROBABILITY, LEAST_NEAR_SHARE, LEAST_NOISE_M, LEAST_POINTS, LEAST_SPREAD_M,
+    ROUGHNESS_SHARE,
 };
 use super::continued::continued;
 use super::covariance::{Candidate, candidates, shown};
@@ -67,20 +68,32 @@ pub fn retrieve(
     settings: &ShapeSettings,
     seed: u64,
 ) -> Result<Retrieval, ShapeError> {
-    let first = alone(points, mixture, sensor_origin, settings, seed)?;
-    if !settings.points_judge {
-        return Ok(first);
+    let thing = Thing::of(points, mixture, sensor_origin, settings, seed)?;
+    if !settings.points_judge || rim.beside.is_empty() {
+        let (covariance, ransac) = thing.by_both();
+        return thing.told(covariance, ransac);
     }
+    // One answer tells which points of the rim are its own; the other method waits for these.
+    let covariance = thing.by_matching();
+    let ransac = match covariance {
+        Some(_) => None,
+        None => thing.by_consensus(),
+    };
+    let first = covariance.as_ref().or(ransac.as_ref());
+    let first = first.ok_or_else(|| thing.nothing_fits())?;
     let noise_m = settings
         .noise
-        .sigma_m((first.best.centre - sensor_origin).norm());
-    let near_m = near_m(&first.best.size_m, noise_m);
-    let more = continued(&first.best, points, rim, sensor_origin, near_m);
+        .sigma_m((first.centre - sensor_origin).norm());
+    let near_m = near_m(&first.size_m, noise_m);
+    let more = continued(first, points, rim, sensor_origin, near_m);
     if more.is_empty() {
-        return Ok(first);
+        let ransac = ransac.or_else(|| thing.by_consensus());
+        return thing.told(covariance, ransac);
     }
     let all: Vec<Point3<f64>> = points.iter().chain(&more).copied().collect();
-    alone(&all, mixture, sensor_origin, settings, seed)
+    let thing = Thing::of(&all, mixture, sensor_origin, settings, seed)?;
+    let (covariance, ransac) = thing.by_both();
+    thing.told(covariance, ransac)
 }
 
 /// Half the width of the band about a surface in which the points of a thing lie, metres.
@@ -89,55 +102,106 @@ fn near_m(size_m: &[f64; 3], noise_m: f64) -> f64 {
     3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread_m)
 }
 
-/// The shape of a thing that ends where its points do.
-fn alone(
-    points: &[Point3<f64>],
-    mixture: &Mixture,
-    sensor_origin: &Point3<f64>,
-    settings: &ShapeSettings,
+/// A thing that ends where its points do.
+struct Thing<'a> {
+    /// Without strays.
+    points: Vec<Point3<f64>>,
+    own: Gaussian,
+    noise_m: f64,
+    mixture: &'a Mixture,
+    sensor: &'a Point3<f64>,
+    settings: &'a ShapeSettings,
     seed: u64,
-) -> Result<Retrieval, ShapeError> {
-    checked(points, sensor_origin)?;
-    let kept = in_company(points);
-    let own = checked(&kept, sensor_origin)?;
-    let points = kept.as_slice();
-    let noise_m = settings
-        .noise
-        .sigma_m((own.mean - sensor_origin).norm())
-        .max(LEAST_NOISE_M);
-    let moments = if settings.moments_of_mixture {
-        total_moments(mixture).unwrap_or(own)
-    } else {
-        own
-    };
-    let matching = || {
-        let found = candidates(points, &moments, sensor_origin, noise_m, settings);
-        told(points, sensor_origin, found, noise_m, settings)
-    };
-    let consensus = || by_consensus(points, mixture, sensor_origin, noise_m, settings, seed);
-    let (covariance, ransac) = match settings.choice {
-        Choice::Auto => rayon::join(matching, consensus),
-        Choice::Covariance => (matching(), None),
-        Choice::Ransac => (None, consensus()),
-    };
-    let chosen = covariance.as_ref().or(ransac.as_ref());
-    let best = chosen.cloned().ok_or(ShapeError::NothingFits {
-        points: points.len(),
-    })?;
-    let expected = noise_m.hypot(ROUGHNESS_SHARE * own.covariance.trace().max(0.0).sqrt());
-    let parts = if best.residual_m > settings.parts_above * expected {
-        primitives(points, None, sensor_origin, settings, seed)
-    } else {
-        Vec::new()
-    };
-    // One part is no explanation by parts.
-    let parts = if parts.len() < 2 { Vec::new() } else { parts };
-    Ok(Retrieval {
-        best,
-        covariance,
-        ransac,
-        parts,
-    })
+}
+
+impl<'a> Thing<'a> {
+    fn of(
+        points: &[Point3<f64>],
+        mixture: &'a Mixture,
+        sensor: &'a Point3<f64>,
+        settings: &'a ShapeSettings,
+        seed: u64,
+    ) -> Result<Self, ShapeError> {
+        checked(points, sensor)?;
+        let points = in_company(points);
+        let own = checked(&points, sensor)?;
+        let noise_m = settings
+            .noise
+            .sigma_m((own.mean - sensor).norm())
+            .max(LEAST_NOISE_M);
+        Ok(Self {
+            points,
+            own,
+            noise_m,
+            mixture,
+            sensor,
+            settings,
+            seed,
+        })
+    }
+
+    /// Method B's answer; `None` where it is not asked, too.
+    fn by_matching(&self) -> Option<Shape> {
+        if self.settings.choice == Choice::Ransac {
+            return None;
+        }
+        let of_mixture = self.settings.moments_of_mixture;
+        let total = of_mixture.then(|| total_moments(self.mixture)).flatten();
+        let moments = total.unwrap_or(self.own);
+        let (points, sensor) = (&self.points, self.sensor);
+        let found = candidates(points, &moments, sensor, self.noise_m, self.settings)?;
+        Some(told(points, sensor, found, self.noise_m, self.settings))
+    }
+
+    /// Method A's answer; `None` where it is not asked, too.
+    fn by_consensus(&self) -> Option<Shape> {
+        if self.settings.choice == Choice::Covariance {
+            return None;
+        }
+        by_consensus(
+            &self.points,
+            self.mixture,
+            self.sensor,
+            self.noise_m,
+            self.settings,
+            self.seed,
+        )
+    }
+
+    fn by_both(&self) -> (Option<Shape>, Option<Shape>) {
+        rayon::join(|| self.by_matching(), || self.by_consensus())
+    }
+
+    fn nothing_fits(&self) -> ShapeError {
+        ShapeError::NothingFits {
+            points: self.points.len(),
+        }
+    }
+
+    /// The choice between both answers, and the parts where it does not explain the thing.
+    fn told(
+        &self,
+        covariance: Option<Shape>,
+        ransac: Option<Shape>,
+    ) -> Result<Retrieval, ShapeError> {
+        let chosen = covariance.as_ref().or(ransac.as_ref());
+        let best = chosen.cloned().ok_or_else(|| self.nothing_fits())?;
+        let spread_m = self.own.covariance.trace().max(0.0).sqrt();
+        let expected = self.noise_m.hypot(ROUGHNESS_SHARE * spread_m);
+        let parts = if best.residual_m > self.settings.parts_above * expected {
+            primitives(&self.points, None, self.sensor, self.settings, self.seed)
+        } else {
+            Vec::new()
+        };
+        // One part is no explanation by parts.
+        let parts = if parts.len() < 2 { Vec::new() } else { parts };
+        Ok(Retrieval {
+            best,
+            covariance,
+            ransac,
+            parts,
+        })
+    }
 }
 
 fn checked(points: &[Point3<f64>], sensor: &Point3<f64>) -> Result<Gaussian, ShapeError> {
@@ -186,19 +250,15 @@ fn total_moments(mixture: &Mixture) -> Option<Gaussian> {
 fn told(
     points: &[Point3<f64>],
     sensor: &Point3<f64>,
-    found: Vec<Candidate>,
+    (best, mut alternatives): (Candidate, Vec<Alternative>),
     noise_m: f64,
     settings: &ShapeSettings,
-) -> Option<Shape> {
-    let alternatives: Vec<Alternative> = found
-        .iter()
-        .map(|c| Alternative {
-            class: c.primitive.class(),
-            probability: c.probability,
-        })
-        .collect();
-    let best = found.into_iter().next()?;
+) -> Shape {
     let ambiguous = best.probability < settings.ambiguous_below;
+    alternatives.retain(|a| a.probability >= LEAST_LISTED_PROBABILITY);
+    if !ambiguous {
+        alternatives.retain(|a| a.class != best.primitive.class());
+    }
     let near_m = near_m(&best.primitive.size_m(), noise_m);
     let near: Vec<Point3<f64>> = points
         .iter()
@@ -212,6 +272,7 @@ fn told(
         measured(
             best,
             &Look {
+                of_class: own,
                 near: if own { &near } else { points },
                 noise_m,
                 independent_share: settings.independent_share,
@@ -225,7 +286,7 @@ fn told(
     };
     let distance = |p: &Point3<f64>| best.primitive.visible_distance_m(p, sensor);
     let squares: f64 = points.iter().map(|p| distance(p).powi(2)).sum();
-    Some(Shape {
+    Shape {
         class: if ambiguous {
             Class::Ambiguous
         } else {
@@ -233,10 +294,7 @@ fn told(
         },
         method: Method::Covariance,
         probability: best.probability,
-        alternatives: alternatives
-            .into_iter()
-            .skip(usize::from(!ambiguous))
-            .collect(),
+        alternatives,
         centre: best.primitive.centre(),
         centre_sd_m: best.centre_sd_m,
         rotation: best.primitive.rotation(sensor),
@@ -245,5 +303,5 @@ fn told(
         exponents: best.primitive.exponents(),
         residual_m: (squares / points.len() as f64).sqrt(),
         inliers: near.len(),
-    })
+    }
 }

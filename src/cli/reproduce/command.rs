@@ -7,9 +7,9 @@ use crate::cli::failure::{DONE, Failure, Outcome};
 use crate::cli::{files, output, progress};
 use crate::patrol::class_word;
 use crate::reproduce::{
-    Beams, Corridor, Density, Furnished, Look, Mark, Noise, Site, Thing, Way, judge, picture, score,
+    Beams, Corridor, Density, Furnished, Look, LookError, Mark, Noise, Site, Thing, Way, judge,
+    picture, score,
 };
-use crate::world::SceneError;
 use clap::{Args, ValueEnum};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -141,7 +141,7 @@ impl Planned {
         }
     }
 
-    fn look(&self, seed: u64) -> Result<Look, SceneError> {
+    fn look(&self, seed: u64) -> Result<Look, LookError> {
         match self {
             Self::Corridor(_, corridor) => corridor.look(seed),
             Self::Site(site, repeat) => site.look(*repeat, seed),

@@ -43,6 +43,8 @@ struct Line {
     right: usize,
     ambiguous: usize,
     wrong: usize,
+    definite: Option<f64>,
+    ambiguous_share: Option<f64>,
     per_object: [f64; 2],
     per_shape: [f64; 2],
     size_cm: [Option<f64>; 3],
@@ -77,6 +79,8 @@ impl Line {
             right: row.right,
             ambiguous: row.ambiguous,
             wrong: row.wrong,
+            definite: row.definite(),
+            ambiguous_share: row.ambiguous_share(),
             per_object: row.per_object(),
             per_shape: row.per_shape(),
             size_cm: row.size_cm,
@@ -151,7 +155,7 @@ impl Report {
     pub fn prose(&self, timed: bool) -> String {
         let beams = self.beams.map_or(String::new(), |b| format!(", beams {b}"));
         let mut parts = vec![format!(
-            "{}, seed {}{beams}, {:.0} s; rates per object (Table I's counts) and per told shape (Eq. 14 as printed)",
+            "{}, seed {}{beams}, {:.0} s; rates per object (Table I's counts), per told shape (Eq. 14 as printed), and of things not told as ambiguous",
             match self.table {
                 1 => "Table I",
                 2 => "Table II",
@@ -176,7 +180,8 @@ impl Report {
             "TruePos",
             "FalsePos",
             "per shape",
-            "amb.",
+            "definite",
+            "amb. %",
             "size cm",
             "%",
             "rotation deg",
@@ -193,6 +198,7 @@ impl Report {
                 format!("{:.3}", p.rates[1]),
                 String::new(),
                 String::new(),
+                String::new(),
                 p.size_cm.map(|v| format!("{v:.1}")).join(" "),
                 String::new(),
                 p.rotation_deg.map(|v| format!("{v:.1}")).join(" "),
@@ -202,6 +208,8 @@ impl Report {
         }
         let numbers =
             |v: [Option<f64>; 3]| v.map(|v| v.map_or("-".to_owned(), |v| format!("{v:.1}")));
+        let percent =
+            |share: Option<f64>| share.map_or(String::new(), |s| format!("{:.1}", 100.0 * s));
         for row in rows {
             table.add_row([
                 row.way.to_owned(),
@@ -210,13 +218,12 @@ impl Report {
                 format!("{:.3}", row.per_object[0]),
                 format!("{:.3}", row.per_object[1]),
                 row.per_shape.map(|v| format!("{v:.3}")).join(" "),
-                row.ambiguous.to_string(),
+                row.definite.map_or(String::new(), |s| format!("{s:.3}")),
+                percent(row.ambiguous_share),
                 numbers(row.size_cm).join(" "),
-                row.size_share
-                    .map_or(String::new(), |s| format!("{:.1}", 100.0 * s)),
+                percent(row.size_share),
                 numbers(row.rotation_deg).join(" "),
-                row.coverage
-                    .map_or(String::new(), |c| format!("{:.1}", 100.0 * c)),
+                percent(row.coverage),
                 if timed {
                     format!("{:.1} (+{:.1})", row.chain_ms, row.reference_ms)
                 } else {

@@ -46,6 +46,17 @@ impl Cuboid {
         self.rotation.matrix().column(k) * sign
     }
 
+    /// Signed distance of `p` from the plane of the face across `axis` that looks towards `sensor`.
+    pub(in crate::shape) fn over_face_m(
+        &self,
+        p: &Point3<f64>,
+        axis: usize,
+        sensor: &Point3<f64>,
+    ) -> f64 {
+        let (local, from) = (self.local(p), self.local(sensor));
+        local[axis] * from[axis].signum() - self.sides_m[axis] / 2.0
+    }
+
     /// Axis of the seen face whose plane `p` lies farthest outside of, and its signed distance from
     /// that plane; `None` when `sensor` stands inside.
     fn seen(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> Option<(usize, f64)> {
