@@ -231,6 +231,10 @@ impl Patrol {
             return;
         }
         self.watched = self.devices.now();
+        self.lost_meanwhile();
+    }
+
+    fn lost_meanwhile(&mut self) {
         let seen = self.robot.as_mut().and_then(|robot| robot.watch().err());
         if let Some(fault) = seen.filter(|fault| fault.lost) {
             self.events.push_back(Event::DevicesLost(fault.reason));
@@ -312,19 +316,20 @@ impl Patrol {
             "the watchdog would bite"
         );
         let id = request.id;
-        self.events.push_back(match taken {
+        match taken {
             Ok(raw) => {
                 self.raw = Some(raw);
+                self.events.push_back(Event::SweepDone(id));
                 let back = self.robot.as_mut().map(|r| r.go_back(&Cancel::new()));
                 self.returned = back.flatten();
-                Event::SweepDone(id)
+                self.lost_meanwhile();
             }
-            Err(fault) => Event::SweepFailed {
+            Err(fault) => self.events.push_back(Event::SweepFailed {
                 id,
                 reason: fault.reason,
                 lost: fault.lost,
-            },
-        });
+            }),
+        }
     }
 
     fn judge(&mut self, request: &Request) {

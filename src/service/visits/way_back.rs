@@ -39,6 +39,35 @@ fn the_next_sweep_finds_the_head_where_it_begins() {
 }
 
 #[test]
+fn a_plug_pulled_on_the_way_back_is_noticed_in_two_seconds_and_spoils_no_verdict() {
+    for device in ["laser", "ptu"] {
+        let mut patrol = Patrol::that_knows(&taught(), EmulationOptions::seeded(52));
+        patrol.until_ready(true).expect("ready");
+        let pulled_at = patrol.devices.now() + Duration::from_millis(13_900);
+        patrol.inject(&format!("{device}.unplug:at=13.9,for=10,power=kept"));
+        let seen = patrol.visit();
+        assert_eq!(
+            seen.verdict,
+            Verdict::Quiet,
+            "{device}: {seen:?} {:?}",
+            patrol.log
+        );
+        assert_eq!(patrol.returned, None, "{device}");
+        patrol.until_ready(false).expect("noticed");
+        let noticed = patrol.devices.now() - pulled_at;
+        assert!(noticed <= Duration::from_secs(2), "{device}: {noticed:?}");
+        patrol.until_ready(true).expect("ready again");
+        let seen = patrol.visit();
+        assert_eq!(
+            seen.verdict,
+            Verdict::Quiet,
+            "{device}: {seen:?} {:?}",
+            patrol.log
+        );
+    }
+}
+
+#[test]
 fn a_head_that_is_stuck_on_its_way_back_is_homed_before_the_next_sweep() {
     let mut patrol = Patrol::that_knows(&taught(), EmulationOptions::seeded(51));
     patrol.until_ready(true).expect("ready");
