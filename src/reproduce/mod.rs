@@ -6,6 +6,7 @@
 //! Fig. 4d; `picture` and `outline` are what Fig. 5 and 6 show.
 
 mod constants;
+mod error;
 mod corridor;
 mod ideal_cylinder;
 mod judge;
@@ -21,6 +22,7 @@ mod two_sweeps;
 mod ways;
 
 pub use corridor::{Beams, Corridor, Density, Noise, Thing};
+pub use error::LookError;
 pub use ideal_cylinder::{Attitude, Told, attitudes, told};
 pub use judge::{Clock, Judged, judge};
 pub use picture::{Picture, picture};
@@ -29,5 +31,5 @@ pub use rooms::Furnished;
 pub use row::{PAPER, PaperColumn, Row};
 pub use score::{Mark, rotation_error_rad, score};
 pub use sites::Site;
-pub use truth::{Look, LookError, Truth};
+pub use truth::{Look, Truth};
 pub use ways::Way;

@@ -3,7 +3,7 @@
 
 use super::constants::{
     FURNISHED_AHEAD_M, FURNISHED_ASIDE_M, FURNISHED_POINTS, FURNISHED_ROWS, FURNISHED_SIZES_M,
-    TRIES,
+    ROOM_TRIES,
 };
 use super::two_sweeps::{TwoSweeps, two_sweeps};
 use super::{Look, LookError, Truth};
@@ -81,11 +81,11 @@ impl Furnished {
             let sweeps = two_sweeps([ROOM, ROOM], rows, &mut rng)?;
             return Ok(sweeps.look(name, None, false));
         };
-        let drawn = drawn(class, &FURNISHED_POINTS, TRIES, &mut rng)?;
+        let drawn = drawn(class, &FURNISHED_POINTS, ROOM_TRIES, &mut rng)?;
         let Some((thing, sweeps)) = drawn else {
             return Err(LookError::Points {
                 name,
-                tries: TRIES,
+                tries: ROOM_TRIES,
                 least: *FURNISHED_POINTS.start(),
                 most: *FURNISHED_POINTS.end(),
             });

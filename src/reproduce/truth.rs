@@ -3,7 +3,6 @@
 use super::constants::TURN_RATIO;
 use crate::geometry::View;
 use crate::shape::{Class, Primitive};
-use crate::world::SceneError;
 use nalgebra::{Matrix3, Point3};
 
 /// What is true of a scene's novelty.
@@ -36,38 +35,6 @@ impl Truth {
             turned: primitive.class() == Class::Plane && size_m[0] >= TURN_RATIO * size_m[1],
         }
     }
-}
-
-/// Why a scene cannot be made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum LookError {
-    /// A mistake in its text.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// Nothing that was drawn for it shows as many points as it should.
-    #[error(
-        "scene {name}: none of {tries} things drawn shows {least} to {most} points, try another seed"
-    )]
-    Points {
-        /// The scene.
-        name: String,
-        /// Things drawn.
-        tries: usize,
-        /// Fewest points.
-        least: usize,
-        /// Most points.
-        most: usize,
-    },
-    /// Nothing that was drawn for it stands clear of what is there.
-    #[error(
-        "scene {name}: none of {tries} things drawn stands clear of the walls, try another seed"
-    )]
-    NotClear {
-        /// The scene.
-        name: String,
-        /// Things drawn.
-        tries: usize,
-    },
 }
 
 /// Two looks at one place, and what came between them.

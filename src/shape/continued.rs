@@ -26,11 +26,13 @@ pub(super) fn continued(
     }
     let radius_m = (rim.reach_m / 2.0).max(NEIGHBOURHOOD_NEARS * near_m);
     let own: Vec<Point3<f64>> = points.iter().chain(&rim.beside).copied().collect();
-    let around = |grid: &Grid, all: &[Point3<f64>], p: &Point3<f64>| {
+    let on_all = |all: &[Point3<f64>]| -> Vec<bool> { all.iter().map(on).collect() };
+    let (own_on, before_on) = (on_all(&own), on_all(&rim.before));
+    let around = |grid: &Grid, all_on: &[bool], p: &Point3<f64>| {
         let (mut along, mut count) = (0, 0);
         grid.for_each_within(p, radius_m, |i, _| {
             count += 1;
-            along += usize::from(on(&all[i]));
+            along += usize::from(all_on[i]);
         });
         (along, count)
     };
@@ -44,14 +46,14 @@ pub(super) fn continued(
     let rises = |p: &Point3<f64>, former: &Former| {
         let mut rising = 0;
         now.for_each_within(p, radius_m, |i, _| {
-            rising += usize::from(on(&own[i]) && former.rises(p, &own[i]));
+            rising += usize::from(own_on[i] && former.rises(p, &own[i]));
         });
         rising >= LEAST_ALONG
     };
     let belongs = |p: &&Point3<f64>| {
         on(p)
-            && mostly(around(&now, &own, p))
-            && !mostly(around(&then, &rim.before, p))
+            && mostly(around(&now, &own_on, p))
+            && !mostly(around(&then, &before_on, p))
             && former(p).is_none_or(|f| f.over_m(p).abs() > f.reach_m || rises(p, &f))
     };
     rim.beside.iter().filter(belongs).copied().collect()

@@ -11,7 +11,7 @@ use super::faces::{shows_one_face, tally_cost};
 use super::hidden::hidden_share;
 use super::matching::{Matched, Observed, Witness, matched};
 use super::model::{Alternative, Class};
-use super::primitive::Primitive;
+use super::primitive::{Plane, Primitive};
 use super::remains::{more_than_strays, noise_among_neighbours_m, within, without_pattern};
 use super::settings::{BeamDensity, ShapeSettings, SurfaceModel};
 use super::starts::{alike, edged_starts, superquadric_starts};
@@ -26,6 +26,8 @@ pub(super) struct Candidate {
     pub size_sd_m: [f64; 3],
     /// Posterior among the classes.
     pub probability: f64,
+    /// The same among what was fitted: a box that a front may hide is no rival that more points would tell apart.
+    pub among_fitted: f64,
 }
 
 /// What the classes make of points with these moments: the most probable answer, and every class by falling
@@ -71,6 +73,7 @@ pub(super) fn candidates(
     }
     let (least, best) = scored.first()?;
     let odds = |score: f64| ((least - score) / 2.0).exp();
+    let fitted: f64 = scored.iter().map(|(score, _)| odds(*score)).sum();
     let total: f64 = classes.iter().map(|(score, _)| odds(*score)).sum();
     let (centre_sd_m, size_sd_m) = best.spreads(&observed);
     let back = Isometry3::from_parts(moments.mean.coords.into(), Default::default());
@@ -79,6 +82,7 @@ pub(super) fn candidates(
         centre_sd_m,
         size_sd_m,
         probability: 1.0 / total,
+        among_fitted: 1.0 / fitted,
     };
     let alternatives = classes.into_iter().map(|(score, class)| Alternative {
         class,
@@ -98,6 +102,11 @@ fn with_hidden_box(
         Primitive::Plane(plane) => Some((score, plane)),
         _ => None,
     });
+    // What is no plane is no front either.
+    let limit_m = BIASED_NOISE * expected_m(observed);
+    let is_flat =
+        |plane: &Plane| typical_distance_m(observed, &Primitive::Plane(*plane)) <= limit_m;
+    let plane = plane.filter(|(_, plane)| is_flat(plane));
     let Some((score, plane)) = plane else { return };
     let hidden = score + observed.count.ln() - 2.0 * hidden_share(observed, &plane).ln();
     match classes.iter_mut().find(|(_, class)| *class == Class::Box) {
@@ -184,6 +193,7 @@ fn judged(
     let ruled_out = |class: &[Matched]| cheapest(class) > least + RULED_OUT_COST;
     let fits: Vec<Vec<Matched>> = fits.into_iter().filter(|class| !ruled_out(class)).collect();
     let best_of = |mut class: Vec<Matched>| {
+        class.retain(|fit| !is_board(&fit.primitive));
         class.sort_by(|a, b| score(observed, a, view).total_cmp(&score(observed, b, view)));
         class.truncate(MOST_JUDGED);
         class
@@ -339,9 +349,7 @@ fn unlikely(observed: &Observed, primitive: &Primitive, view: &Unit<Vector3<f64>
             let reach_m = || {
                 OUTLIER_SIGMAS * expected_m(observed).max(typical_distance_m(observed, primitive))
             };
-            if is_board(primitive) {
-                RULED_OUT_COST
-            } else if shows_one_face(observed, b, reach_m()) {
+            if shows_one_face(observed, b, reach_m()) {
                 UNLIKELY_PENALTY
             } else {
                 0.0

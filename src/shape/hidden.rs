@@ -11,30 +11,32 @@ use super::settings::SurfaceModel;
 const FRONT: usize = 2;
 
 /// Share of the depths of a box with `front` as its face at which no point of another face would be expected: the
-/// probability of none there, over depths as even in their logarithm as the bounds of a class are. Boards, told as
-/// planes, are no such depths. Zero where the sensor stands among the points or looks along the front.
+/// probability of none there, over depths as even in their logarithm as the bounds of a class are. Depths that make a
+/// board of it, told as plane, are none. Zero where the front is larger than a box may be, and where the sensor
+/// stands among the points or looks along the front.
 pub(super) fn hidden_share(observed: &Observed, front: &Plane) -> f64 {
     let range = BOUNDS.box_side_m;
     let [first, second] = front.sides_m;
-    let board_m = BOARD_SHARE * first.min(second);
-    let (from, to) = (range.least.ln(), range.most.ln());
-    let least = from.max(board_m.ln());
-    if observed.surface == SurfaceModel::Ideal || least >= to {
+    let (short, long) = (first.min(second), first.max(second));
+    // The thinnest of three sides against the second.
+    let least = range.least.max(BOARD_SHARE * short).ln();
+    let most = range.most.min(short / BOARD_SHARE).ln();
+    if observed.surface == SurfaceModel::Ideal || long > range.most || least >= most {
         return 0.0;
     }
-    let hidden = interval(least, to).map(|(log_m, weight)| {
+    let hidden = interval(least, most).map(|(log_m, weight)| {
         let beams = beams_on(
             observed,
             &Primitive::Cuboid(behind(observed, front, log_m.exp())),
         );
         let beside: f64 = beams.iter().sum::<f64>() - beams[FRONT];
         if beams[FRONT] > 0.0 {
-            weight * (-observed.count * beside / beams[FRONT]).exp()
+            weight * (-observed.independent * beside / beams[FRONT]).exp()
         } else {
             0.0
         }
     });
-    hidden.sum::<f64>() / (to - from)
+    hidden.sum::<f64>() / (range.most / range.least).ln()
 }
 
 /// The box of this depth behind `front` as the sensor sees it.
@@ -87,8 +89,8 @@ mod tests {
         )
     }
 
-    /// A board 2 m ahead whose normal is turned by `slant_rad`, as told.
-    fn told(slant_rad: f64) -> Shape {
+    /// A board 2 m ahead whose normal is turned by `slant_rad`, as told by so many points of which this share is independent.
+    fn told(slant_rad: f64, points: usize, independent_share: f64) -> Shape {
         let facing = Matrix3::from_columns(&[Vector3::y(), Vector3::z(), Vector3::x()]);
         let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), slant_rad);
         let board = Primitive::Plane(Plane {
@@ -98,16 +100,19 @@ mod tests {
         });
         let sensor = Point3::origin();
         let mut rng = ChaCha8Rng::seed_from_u64(3);
-        let points = look(&board, &sensor, 150, 0.005, &mut rng);
+        let points = look(&board, &sensor, points, 0.005, &mut rng);
         let (rim, mixture) = (Rim::default(), Mixture::default());
-        let settings = ShapeSettings::default();
+        let settings = ShapeSettings {
+            independent_share,
+            ..ShapeSettings::default()
+        };
         let found = retrieve(&points, &rim, &mixture, &sensor, &settings, 1);
         found.expect("a shape").best
     }
 
     #[test]
     fn a_box_is_listed_behind_a_front_seen_squarely_alone() {
-        let (squarely, slanted) = (told(0.0), told(0.8));
+        let (squarely, slanted) = (told(0.0, 150, 1.0), told(0.8, 150, 1.0));
         let boxes = |shape: &Shape| -> Vec<f64> {
             let listed = shape.alternatives.iter();
             let boxes = listed.filter(|a| a.class == Class::Box);
@@ -124,6 +129,13 @@ mod tests {
         assert!(boxes(&slanted).is_empty(), "{:?}", slanted.alternatives);
         let all = squarely.alternatives.iter().chain(&slanted.alternatives);
         assert!(all.clone().all(|a| a.probability >= 0.01));
+        // With few points of a sweep it is likelier, and the plane is told all the same.
+        let few = told(0.0, 60, 0.36);
+        let [likelier] = boxes(&few)[..] else {
+            panic!("{:?}", few.alternatives)
+        };
+        assert!(behind < likelier && likelier < 0.3, "{likelier}");
+        assert_eq!(few.class, Class::Plane);
     }
 
     #[test]

@@ -158,8 +158,13 @@ fn cylinder(candidate: &Candidate, c: &Cylinder, look: &Look<'_>) -> Option<Cand
 fn outermost(candidate: &Candidate, c: &Cylinder, look: &Look<'_>) -> Option<Candidate> {
     let frame = c.rotation(look.sensor).transpose();
     let places = |sign: f64| -> Vec<Vector3<f64>> {
-        let own = look.near.iter().map(|p| frame * (p - c.centre));
-        own.map(|d| Vector3::new(sign * d.z, d.x, d.y)).collect()
+        // Along the cylinder's own axis, which the told frame may have turned round.
+        let own = look.near.iter().map(|p| p - c.centre);
+        own.map(|d| {
+            let across = frame * d;
+            Vector3::new(sign * c.axis.dot(&d), across.x, across.y)
+        })
+        .collect()
     };
     let end = |sign: f64| {
         let places = places(sign);
@@ -329,4 +334,59 @@ fn turned(candidate: &Candidate, p: &Plane, look: &Look<'_>) -> Option<(f64, Can
         measured.centre_sd_m[k] = out.hypot(inside);
     }
     Some((at.log, measured))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Look, measured};
+    use crate::shape::covariance::Candidate;
+    use crate::shape::primitive::{Cylinder, Primitive};
+    use crate::shape::settings::{BeamDensity, SurfaceModel};
+    use nalgebra::{Point3, Unit, Vector3};
+
+    /// Rows 4 cm apart from -0.5 to 0.9 m over the middle of what was fitted: a thing that is not quite a cylinder.
+    fn rows() -> Vec<Point3<f64>> {
+        let row = |k: i32| {
+            let z = -0.5 + 0.04 * f64::from(k);
+            let wide = if k % 3 == 0 { 0.15 } else { 0.25 };
+            (-4..=4).map(move |i| Point3::new(2.0, wide * f64::from(i) / 4.0, 1.0 + z))
+        };
+        (0..=35).flat_map(row).collect()
+    }
+
+    #[test]
+    fn a_thing_that_is_not_quite_a_cylinder_ends_where_its_rows_do_whichever_way_its_axis_points() {
+        let (near, sensor) = (rows(), Point3::new(0.0, 0.0, 1.0));
+        for axis in [Vector3::z(), -Vector3::z()] {
+            let candidate = Candidate {
+                primitive: Primitive::Cylinder(Cylinder {
+                    centre: Point3::new(2.2, 0.0, 1.0),
+                    axis: Unit::new_normalize(axis),
+                    radius_m: 0.2,
+                    length_m: 1.0,
+                }),
+                centre_sd_m: [0.01; 3],
+                size_sd_m: [0.01; 3],
+                probability: 1.0,
+                among_fitted: 1.0,
+            };
+            let look = Look {
+                of_class: false,
+                near: &near,
+                noise_m: 0.005,
+                independent_share: 1.0,
+                sensor: &sensor,
+                surface: SurfaceModel::Visible,
+                density: &BeamDensity::SolidAngle,
+            };
+            let told = measured(candidate, &look);
+            let [_, _, length_m] = told.primitive.size_m();
+            assert!((length_m - 1.44).abs() < 1e-9, "{length_m}");
+            let middle_m = told.primitive.centre().z;
+            assert!((middle_m - 1.2).abs() < 1e-9, "{axis:?}: {middle_m}");
+            // Both ends lie anywhere in their row: root 2 x 4 cm / root 12, and noise.
+            let sd_m = told.size_sd_m[2];
+            assert!((sd_m - 0.0178).abs() < 1e-3, "{sd_m}");
+        }
+    }
 }

@@ -32,8 +32,10 @@ pub(super) struct Observed {
     whitener: Matrix3<f64>,
     mean_weight: f64,
     log_weight: f64,
-    /// Effective number of points that the moments stand for.
+    /// Effective number of points that the moments stand for, misfit of the ideal shape included.
     pub count: f64,
+    /// Independent points.
+    pub independent: f64,
     /// Standard deviation over all directions, metres: the unit of lengths.
     pub scale_m: f64,
     /// Expected noise, metres.
@@ -70,6 +72,7 @@ impl Observed {
             mean_weight: (1.0 / count + MEAN_MISFIT * MEAN_MISFIT).sqrt().recip(),
             log_weight: (2.0 / count + log_variance).sqrt().recip(),
             count: 2.0 / (2.0 / count + log_variance),
+            independent: count,
             scale_m: covariance.trace().max(0.0).sqrt().max(MOMENT_FLOOR_M),
             noise_m: noise_m.max(LEAST_NOISE_M),
             sensor,

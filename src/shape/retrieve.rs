@@ -91,9 +91,15 @@ pub fn retrieve(
         return thing.told(covariance, ransac);
     }
     let all: Vec<Point3<f64>> = points.iter().chain(&more).copied().collect();
-    let thing = Thing::of(&all, mixture, sensor_origin, settings, seed)?;
-    let (covariance, ransac) = thing.by_both();
-    thing.told(covariance, ransac)
+    let grown = Thing::of(&all, mixture, sensor_origin, settings, seed).and_then(|thing| {
+        let (covariance, ransac) = thing.by_both();
+        thing.told(covariance, ransac)
+    });
+    // What was told without them stands.
+    grown.or_else(|_| {
+        let ransac = ransac.or_else(|| thing.by_consensus());
+        thing.told(covariance, ransac)
+    })
 }
 
 /// Half the width of the band about a surface in which the points of a thing lie, metres.
@@ -254,7 +260,7 @@ fn told(
     noise_m: f64,
     settings: &ShapeSettings,
 ) -> Shape {
-    let ambiguous = best.probability < settings.ambiguous_below;
+    let ambiguous = best.among_fitted < settings.ambiguous_below;
     alternatives.retain(|a| a.probability >= LEAST_LISTED_PROBABILITY);
     if !ambiguous {
         alternatives.retain(|a| a.class != best.primitive.class());
