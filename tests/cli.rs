@@ -2,8 +2,12 @@
 
 mod harness;
 
+#[path = "cli/bad_files.rs"]
+mod bad_files;
 #[path = "cli/bad_input.rs"]
 mod bad_input;
+#[path = "cli/bad_usage.rs"]
+mod bad_usage;
 #[path = "cli/commands.rs"]
 mod commands;
 #[path = "cli/compare.rs"]
@@ -16,6 +20,10 @@ mod evaluate;
 mod hardware;
 #[path = "cli/log.rs"]
 mod log;
+#[path = "cli/log_alarms.rs"]
+mod log_alarms;
+#[path = "cli/log_waypoints.rs"]
+mod log_waypoints;
 #[path = "cli/manifest.rs"]
 mod manifest;
 #[path = "cli/rejudge.rs"]

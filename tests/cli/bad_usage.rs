@@ -1,0 +1,191 @@
+//! Configurations with mistakes, stores that are none, and wrong usage.
+
+use crate::bad_input::{folder, hold, listing};
+use crate::harness::program::patrold;
+
+#[test]
+fn configurations_with_mistakes() {
+    let dir = folder();
+    let before = listing(dir.path());
+    for (file, names) in [
+        (
+            "unknown.toml",
+            &[
+                "unknown.toml:2",
+                "novelty.u_th;",
+                "did you mean novelty.u_th_m?",
+            ][..],
+        ),
+        ("nan.toml", &["nan.toml:1", "novelty.u_th_m wants a number"]),
+        (
+            "zero.toml",
+            &["zero.toml:1", "novelty.u_th_m wants a number"],
+        ),
+        ("broken.toml", &["broken.toml:1", "is not TOML"]),
+        ("binary.toml", &["binary.toml"]),
+        ("missing.toml", &["missing.toml", "cannot be read"]),
+        ("folder", &["folder", "cannot be read"]),
+    ] {
+        for command in [
+            &["config", "check"][..],
+            &["config", "show"],
+            &["compare", "good.ply", "good.ply"],
+            &["alarms"],
+            &["alarms", "ack", "1"],
+            &["waypoints"],
+        ] {
+            let ran = patrold(dir.path(), &[command, &["--config", file]].concat());
+            let told = format!("{command:?} with {file}: {ran:?}");
+            assert_eq!(
+                (ran.code, ran.out.as_str(), ran.err.lines().count()),
+                (2, "", 1),
+                "{told}"
+            );
+            assert!(ran.err.starts_with("patrold: "), "{told}");
+            assert!(names.iter().all(|name| ran.err.contains(name)), "{told}");
+        }
+    }
+    assert_eq!(listing(dir.path()), before);
+}
+
+#[test]
+fn stores_that_are_not_there_or_not_ours() {
+    hold(&[
+        (
+            &["alarms", "--config", "nowhere.toml"],
+            1,
+            &["nowhere/patrold.db", "no database", "store.dir"],
+        ),
+        (
+            &["alarms", "ack", "1", "--config", "nowhere.toml"],
+            1,
+            &["nowhere/patrold.db", "no database"],
+        ),
+        (
+            &["waypoints", "--config", "nowhere.toml"],
+            1,
+            &["nowhere/patrold.db", "no database"],
+        ),
+        (
+            &["waypoints", "forget", "hall", "--config", "nowhere.toml"],
+            1,
+            &["nowhere/patrold.db"],
+        ),
+        (
+            &["alarms", "--config", "file.toml"],
+            1,
+            &["good.ply", "store.dir"],
+        ),
+        (
+            &["alarms", "--config", "foreign.toml"],
+            1,
+            &["foreign/patrold.db", "not a patrold database", "store.dir"],
+        ),
+        (
+            &["alarms", "ack", "1", "--config", "foreign.toml"],
+            1,
+            &["foreign/patrold.db", "store.dir"],
+        ),
+        (
+            &["alarms", "--config", "newer.toml"],
+            1,
+            &["newer/patrold.db", "newer patrold", "install"],
+        ),
+        (
+            &["waypoints", "forget", "hall", "--config", "newer.toml"],
+            1,
+            &["newer/patrold.db", "newer patrold"],
+        ),
+        (
+            &["alarms", "--config", "garbage.toml"],
+            1,
+            &["garbage/patrold.db", "not a patrold database"],
+        ),
+        (
+            &["alarms", "ack", "1", "--config", "garbage.toml"],
+            1,
+            &["garbage/patrold.db", "not a patrold database"],
+        ),
+        (
+            &["alarms", "show", "42", "--config", "ours.toml"],
+            1,
+            &["alarm 42", "patrold alarms list"],
+        ),
+        (
+            &["alarms", "ack", "42", "--config", "ours.toml"],
+            1,
+            &["alarm 42", "patrold alarms list"],
+        ),
+        (
+            &["waypoints", "show", "hall", "--config", "ours.toml"],
+            1,
+            &["\"hall\"", "patrold teach hall"],
+        ),
+        (
+            &["waypoints", "forget", "hall", "--config", "ours.toml"],
+            1,
+            &["\"hall\"", "known: none yet"],
+        ),
+    ]);
+}
+
+#[test]
+fn wrong_usage_exits_2_and_says_what_is_right() {
+    let dir = folder();
+    let before = listing(dir.path());
+    for args in [
+        &[][..],
+        &["guard"],
+        &["compare"],
+        &["compare", "good.ply"],
+        &["compare", "good.ply", "good.ply", "--frobnicate"],
+        &["compare", "good.ply", "good.ply", "--u-th", "0"],
+        &["compare", "good.ply", "good.ply", "--u-th", "-1"],
+        &["compare", "good.ply", "good.ply", "--u-th", "nan"],
+        &["compare", "good.ply", "good.ply", "--seed", "-1"],
+        &["compare", "good.ply", "good.ply", "--engine", "best"],
+        &["compare", "good.ply", "good.ply", "--sensor-origin", "1,2"],
+        &[
+            "compare",
+            "good.ply",
+            "good.ply",
+            "--sensor-origin",
+            "1,2,nan",
+        ],
+        &["compare", "good.ply", "good.ply", "--manifest", "list.json"],
+        &["fit", "good.ply", "--components", "0"],
+        &["fit", "good.ply", "--components", "some"],
+        &["fit", "good.ply", "--max-components", "0"],
+        &["fit", "good.ply", "--threads", "0"],
+        &[
+            "fit",
+            "good.ply",
+            "--components",
+            "3",
+            "--init",
+            "flat.json",
+        ],
+        &["distance", "flat.json", "flat.json", "--ground", "l1"],
+        &["distance", "flat.json", "flat.json", "--repeat", "0"],
+        &["shapes", "good.ply", "--method", "guess"],
+        &["alarms", "show", "first"],
+        &["alarms", "list", "--state", "lost"],
+        &["alarms", "list", "--since", "yesterday-ish"],
+        &["alarms", "list", "--limit", "-3"],
+        &["config"],
+    ] {
+        let ran = patrold(dir.path(), args);
+        assert_eq!((ran.code, ran.out.as_str()), (2, ""), "{args:?}: {ran:?}");
+        assert!(
+            ran.err.contains("Usage") || ran.err.contains("--help"),
+            "{args:?}: {}",
+            ran.err
+        );
+        assert!(
+            !ran.err.contains("stack backtrace"),
+            "{args:?}: {}",
+            ran.err
+        );
+    }
+    assert_eq!(listing(dir.path()), before);
+}

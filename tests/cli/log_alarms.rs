@@ -1,0 +1,184 @@
+//! The alarm log as the command line shows it: lists, filters, one alarm, acknowledgement, export.
+
+use crate::harness::program::patrold;
+use crate::harness::schema;
+use crate::log::{folder, ids, run};
+use patrold::store::Store;
+use serde_json::json;
+use std::fs;
+
+#[test]
+fn every_filter_narrows_the_list() {
+    let dir = folder();
+    for (filter, expected) in [
+        (&[][..], &[3, 2, 1][..]),
+        (&["--since", "2027-01-15T09:30:00Z"], &[3, 2]),
+        (&["--since", "2027-01-15T11:00:00+01:00"], &[3, 2]),
+        (&["--until", "2027-01-15T10:00:00Z"], &[2, 1]),
+        (&["--until", "2027-01-15"], &[]),
+        (
+            &[
+                "--since",
+                "2027-01-15T09:30:00Z",
+                "--until",
+                "2027-01-15T10:30:00Z",
+            ],
+            &[2],
+        ),
+        (&["--waypoint", "hall"], &[3, 2]),
+        (&["--state", "open"], &[3]),
+        (&["--state", "acknowledged"], &[2]),
+        (&["--state", "cleared"], &[1]),
+        (&["--limit", "1"], &[3]),
+        (&["--limit", "0"], &[]),
+        (
+            &[
+                "--waypoint",
+                "hall",
+                "--state",
+                "acknowledged",
+                "--limit",
+                "5",
+            ],
+            &[2],
+        ),
+    ] {
+        let listed = ids(&run(
+            dir.path(),
+            &[&["alarms", "list", "--json"], filter].concat(),
+        ));
+        assert_eq!(listed, expected, "{filter:?}");
+        assert_eq!(
+            ids(&run(dir.path(), &[&["alarms", "--json"], filter].concat())),
+            expected
+        );
+    }
+}
+
+#[test]
+fn one_alarm_is_shown_with_all_that_is_known() {
+    let dir = folder();
+    let ran = run(dir.path(), &["alarms", "show", "2", "--json"]);
+    let json = ran.json();
+    schema::check("alarm", &json);
+    assert_eq!(json["state"], "acknowledged");
+    assert_eq!(json["acknowledged_by"], "ana");
+    assert_eq!(json["frame"], "hall/1");
+    assert_eq!(json["raised_at"], "2027-01-15T10:00:00.000Z");
+    assert_eq!(json["novelties"][0]["shape"]["class"], "sphere");
+    let people = run(dir.path(), &["alarms", "show", "2"]);
+    assert!(
+        people.out.contains("alarm 2 at hall: acknowledged"),
+        "{}",
+        people.out
+    );
+    let table = run(dir.path(), &["alarms"]);
+    assert!(
+        table.out.contains("appeared at 3.00, 0.00, 0.00"),
+        "{}",
+        table.out
+    );
+}
+
+#[test]
+fn acknowledging_is_kept() {
+    let dir = folder();
+    let ran = run(
+        dir.path(),
+        &[
+            "alarms",
+            "ack",
+            "3",
+            "--by",
+            "bo",
+            "--note",
+            "cleaner's cart",
+            "--json",
+        ],
+    );
+    assert_eq!(ran.code, 0, "{ran:?}");
+    schema::check("alarm", &ran.json());
+    let after = run(dir.path(), &["alarms", "show", "3", "--json"]).json();
+    assert_eq!(after, ran.json());
+    assert_eq!(
+        (&after["state"], &after["note"]),
+        (&json!("acknowledged"), &json!("cleaner's cart"))
+    );
+}
+
+#[test]
+fn alarms_are_exported_as_json_lines_and_csv() {
+    let dir = folder();
+    let ran = run(dir.path(), &["alarms", "export"]);
+    let lines = ran.json_lines();
+    assert_eq!(lines.len(), 3);
+    lines.iter().for_each(|line| schema::check("alarm", line));
+
+    let csv = run(dir.path(), &["alarms", "export", "--format", "csv"]).out;
+    let lines: Vec<&str> = csv.lines().collect();
+    assert_eq!(lines.len(), 1 + 4, "a line per thing: {csv}");
+    let columns = lines[0].split(',').count();
+    assert_eq!(lines[1].split(',').count(), columns);
+    assert!(csv.contains("\"the \"\"red\"\" bin, again\""), "{csv}");
+
+    let written = run(
+        dir.path(),
+        &["alarms", "export", "--format", "csv", "--out", "a.csv"],
+    );
+    assert_eq!((written.code, written.out.as_str()), (0, ""));
+    assert_eq!(
+        fs::read_to_string(dir.path().join("a.csv")).expect("written"),
+        csv
+    );
+
+    let none = run(dir.path(), &["alarms", "export", "--until", "2020-01-01"]);
+    assert_eq!((none.code, none.out.as_str()), (0, ""), "no alarm, no line");
+}
+
+#[test]
+fn an_empty_database_has_empty_lists() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    drop(Store::open(&dir.path().join("store")).expect("store"));
+    fs::write(dir.path().join("c.toml"), "store.dir = \"store\"\n").expect("written");
+    assert_eq!(ids(&run(dir.path(), &["alarms", "--json"])), [0i64; 0]);
+    let waypoints = run(dir.path(), &["waypoints", "--json"]);
+    schema::check("waypoints-list", &waypoints.json());
+    assert_eq!(run(dir.path(), &["alarms"]).out, "no alarms\n");
+}
+
+#[test]
+fn flags_may_stand_before_the_command_as_after_it() {
+    let dir = folder();
+    let before = patrold(
+        dir.path(),
+        &[
+            "alarms", "--config", "c.toml", "--json", "--state", "open", "list",
+        ],
+    );
+    assert_eq!(ids(&before), [3]);
+    let both = run(
+        dir.path(),
+        &[
+            "alarms",
+            "--waypoint",
+            "hall",
+            "list",
+            "--state",
+            "open",
+            "--json",
+        ],
+    );
+    assert_eq!(ids(&both), [3]);
+    let exported = patrold(
+        dir.path(),
+        &["alarms", "--config", "c.toml", "--limit", "1", "export"],
+    );
+    assert_eq!(exported.json()["id"], 3);
+    for senseless in [
+        &["alarms", "--limit", "1", "show", "3"][..],
+        &["alarms", "export", "--json", "--format", "csv"],
+    ] {
+        let ran = run(dir.path(), senseless);
+        assert_eq!((ran.code, ran.out.as_str()), (2, ""), "{senseless:?}");
+    }
+}
