@@ -1,6 +1,9 @@
 //! Set-up shared by this crate's integration tests.
 #![allow(dead_code, reason = "each test file uses its part")]
 
+pub mod pair;
+pub mod streaming;
+
 use std::path::PathBuf;
 
 use scip::encoding::{encode, sum};
