@@ -1,14 +1,11 @@
 //! A robot that stands elsewhere, is pushed in the middle of a sweep, or is passed by somebody: no alarm from it.
 
 use super::patrol::{Patrol, moved, taught, world};
-use crate::devices::EmulationOptions;
 use crate::novelty::Verdict;
 use std::time::Duration;
 
 fn patrol() -> Patrol {
-    let mut patrol = Patrol::that_knows(&taught(), EmulationOptions::seeded(30));
-    patrol.until_ready(true).expect("ready");
-    patrol
+    Patrol::that_knows(&taught(), 30)
 }
 
 #[test]

@@ -2,7 +2,6 @@
 //! afterwards.
 
 use super::patrol::{Patrol, taught};
-use crate::devices::EmulationOptions;
 use crate::novelty::Verdict;
 use Ends::{Blind, RiddenOut};
 use std::time::Duration;
@@ -203,8 +202,7 @@ const HEAD: [Case; 39] = [
 
 /// Plays the fault into a visit, and a clean visit after it; what is wrong, if anything.
 fn play(case: &Case, when: When) -> Result<(), String> {
-    let mut patrol = Patrol::that_knows(&taught(), EmulationOptions::seeded(7));
-    patrol.until_ready(true).expect("ready");
+    let mut patrol = Patrol::that_knows(&taught(), 7);
     let (device, rest) = case.fault.split_once('.').expect("device.kind");
     let (fault, expected) = match when {
         When::Connecting => (case.fault.to_owned(), case.connecting),

@@ -106,11 +106,13 @@ impl Patrol {
         Self::on(Devices::new(emulation), Arc::new(settings))
     }
 
-    /// One that knows the storeroom already.
-    pub fn that_knows(taught: &Taught, options: EmulationOptions) -> Self {
+    /// One in the storeroom that knows it already, its devices ready.
+    pub fn that_knows(taught: &Taught, seed: u64) -> Self {
+        let options = EmulationOptions::seeded(seed);
         let mut patrol = Self::new((*taught.settings).clone(), options, "storeroom.toml");
         patrol.ready = taught.ready.clone();
         patrol.reference = Some(Arc::clone(&taught.reference));
+        patrol.until_ready(true).expect("ready");
         patrol
     }
 

@@ -1,7 +1,6 @@
 //! Seconds from a pulled plug to its notice, and from its return to work going on, in virtual time.
 
 use super::patrol::{Patrol, taught};
-use crate::devices::EmulationOptions;
 use crate::novelty::Verdict;
 use std::time::Duration;
 
@@ -15,8 +14,7 @@ fn figures(mut seconds: Vec<f64>) -> (f64, f64) {
 
 /// Pulls `device` so often; median and worst of noticing, and of being ready again after its return.
 fn pulled(device: &str, power: &str) -> [(f64, f64); 2] {
-    let mut patrol = Patrol::that_knows(&taught(), EmulationOptions::seeded(40));
-    patrol.until_ready(true).expect("ready");
+    let mut patrol = Patrol::that_knows(&taught(), 40);
     let (mut notices, mut returns) = (Vec::new(), Vec::new());
     for turn in 0..TIMES {
         // Every phase of every period, absences short and long.

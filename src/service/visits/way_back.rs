@@ -1,14 +1,12 @@
 //! While a sweep is judged the head goes back to where it began, so that the next one does not wait for it.
 
 use super::patrol::{Patrol, taught};
-use crate::devices::EmulationOptions;
 use crate::novelty::Verdict;
 use std::time::Duration;
 
 #[test]
 fn the_next_sweep_finds_the_head_where_it_begins() {
-    let mut patrol = Patrol::that_knows(&taught(), EmulationOptions::seeded(50));
-    patrol.until_ready(true).expect("ready");
+    let mut patrol = Patrol::that_knows(&taught(), 50);
     let stands = |patrol: &Patrol| patrol.devices.with(|e| e.attitude_rad());
     let mut swept = Vec::new();
     let mut places = Vec::new();
@@ -41,8 +39,7 @@ fn the_next_sweep_finds_the_head_where_it_begins() {
 #[test]
 fn a_plug_pulled_on_the_way_back_is_noticed_in_two_seconds_and_spoils_no_verdict() {
     for device in ["laser", "ptu"] {
-        let mut patrol = Patrol::that_knows(&taught(), EmulationOptions::seeded(52));
-        patrol.until_ready(true).expect("ready");
+        let mut patrol = Patrol::that_knows(&taught(), 52);
         let pulled_at = patrol.devices.now() + Duration::from_millis(13_900);
         patrol.inject(&format!("{device}.unplug:at=13.9,for=10,power=kept"));
         let seen = patrol.visit();
@@ -69,8 +66,7 @@ fn a_plug_pulled_on_the_way_back_is_noticed_in_two_seconds_and_spoils_no_verdict
 
 #[test]
 fn a_head_that_is_stuck_on_its_way_back_is_homed_before_the_next_sweep() {
-    let mut patrol = Patrol::that_knows(&taught(), EmulationOptions::seeded(51));
-    patrol.until_ready(true).expect("ready");
+    let mut patrol = Patrol::that_knows(&taught(), 51);
     // The sweep ends 13.3 s after its visit begins.
     patrol.inject("ptu.stuck:at=13.8,for=60,axis=tilt");
     let seen = patrol.visit();
