@@ -6,8 +6,8 @@
 //! Fig. 4d; `picture` and `outline` are what Fig. 5 and 6 show.
 
 mod constants;
-mod error;
 mod corridor;
+mod error;
 mod ideal_cylinder;
 mod judge;
 pub mod outline;

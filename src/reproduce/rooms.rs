@@ -231,7 +231,7 @@ fn text(thing: &Primitive) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Furnished, drawn, stand, text};
+    use super::{FURNISHED_POINTS, Furnished, drawn, stand, text};
     use crate::shape::{Class, Primitive};
     use crate::world::{Ray, Scene};
     use nalgebra::{Unit, Vector3};
@@ -246,6 +246,21 @@ mod tests {
         };
         assert!(within(1_000_000, 2_000_000, &mut rng).is_none());
         assert!(within(1, 1_000_000, &mut rng).is_some());
+    }
+
+    /// What `ROOM_TRIES` stands on.
+    #[test]
+    fn most_draws_show_as_many_points_as_they_should() {
+        for class in Furnished::CLASSES.into_iter().flatten() {
+            let mut rng = ChaCha8Rng::seed_from_u64(6);
+            let shows = |_: &u32| {
+                let drawn = drawn(class, &FURNISHED_POINTS, 1, &mut rng);
+                drawn.expect("a scene").is_some()
+            };
+            let shown = (0..20).filter(shows).count();
+            eprintln!("{class:?}: {shown} of 20");
+            assert!(shown > 10, "{class:?}: {shown} of 20");
+        }
     }
 
     /// What is scored as truth and what the rays meet are one thing: rays from all around end on the primitive.
