@@ -3,8 +3,8 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Point3};
-use patrold::distance::{Ground, cost_matrix, emd_of_costs};
-use patrold::mixture::{Gaussian, Mixture, MixtureRecord};
+use patrold_engine::distance::{Ground, cost_matrix, emd_of_costs};
+use patrold_engine::mixture::{Gaussian, Mixture, MixtureRecord};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::PathBuf;

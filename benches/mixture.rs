@@ -3,9 +3,9 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Point3, Vector3};
-use patrold::formats::read_cloud;
-use patrold::geometry::thin;
-use patrold::mixture::{
+use patrold_engine::formats::read_cloud;
+use patrold_engine::geometry::thin;
+use patrold_engine::mixture::{
     Components, EmSettings, FitSettings, Gaussian, Instructions, Mixture, MixtureRecord,
     SplitSettings, em, fit, seed, split_until_flat,
 };

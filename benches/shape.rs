@@ -4,10 +4,10 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Point3, Vector3};
-use patrold::mixture::{Gaussian, Mixture};
-use patrold::novelty::Rim;
-use patrold::shape::ransac::{RansacSettings, detect, estimate_normals, surface_samples};
-use patrold::shape::{ShapeSettings, primitives, retrieve};
+use patrold_engine::mixture::{Gaussian, Mixture};
+use patrold_engine::novelty::Rim;
+use patrold_engine::shape::ransac::{RansacSettings, detect, estimate_normals, surface_samples};
+use patrold_engine::shape::{ShapeSettings, primitives, retrieve};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, UnitSphere};

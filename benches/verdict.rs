@@ -2,18 +2,19 @@
 //! beams, one thread and two. The place is a shipped scene with a person in it, swept as the sensor would.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use patrold::geometry::View;
-use patrold::novelty::{Prepared, detect};
-use patrold::patrol::{EngineSettings, inspect, prepare};
-use patrold::world::{MountGeometry, NoiseOptions, Robot, Scene, Stand, SweepRows, sample_view};
-use std::path::Path;
+use patrold_engine::geometry::View;
+use patrold_engine::inspect::{EngineSettings, inspect, prepare};
+use patrold_engine::novelty::{Prepared, detect};
+use patrold_sim::world::{
+    MountGeometry, NoiseOptions, Robot, Scene, Stand, SweepRows, sample_view,
+};
 use std::time::Duration;
 
 /// Lines of a sweep; each has 683 beams.
 const LINES: [usize; 3] = [30, 120, 440];
 
 fn swept(name: &str, lines: usize, seed: u64, shift_m: f64) -> View {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes");
+    let folder = patrold_test_support::workspace_root().join("config/scenes");
     let load = |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
     let scene = Scene::resolve(name, &load).expect("a shipped scene");
     let world = scene.build(None).expect("builds");

@@ -1,9 +1,9 @@
 //! The simulated pairs behind `evaluate`: their truth is true, and the same seed gives the same pair.
 
 use nalgebra::{Point3, Vector3};
-use patrold::evaluate::{Change, Engine, Given, Label, Pair, Planned, Set, judge};
-use patrold::geometry::View;
-use patrold::novelty::Verdict;
+use patrold_engine::geometry::View;
+use patrold_engine::novelty::Verdict;
+use patrold_lab::evaluate::{Change, Engine, Given, Label, Pair, Planned, Set, judge};
 
 const SEED: u64 = 11;
 

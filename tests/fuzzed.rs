@@ -149,7 +149,7 @@ fn no_body_is_forgotten() {
 #[test]
 #[ignore = "writes fuzz/corpus, from which cargo-fuzz begins"]
 fn seeds_for_cargo_fuzz() {
-    let corpus = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    let corpus = patrold_test_support::workspace_root().join("fuzz/corpus");
     for (name, _, seeds) in ALL {
         let folder = corpus.join(name);
         std::fs::create_dir_all(&folder).expect("made");

@@ -5,13 +5,14 @@
     reason = "the table that it prints is its report"
 )]
 
-use patrold::geometry::{NoiseLaw, Pose, View};
-use patrold::novelty::{
+use patrold_engine::geometry::{NoiseLaw, Pose, View};
+use patrold_engine::novelty::{
     Detection, Evidence, Kind, Prepared, Reference, SegmentSettings, Settings, Sight, Thing,
     Verdict, VerdictSettings, detect, measure,
 };
-use patrold::world::{MountGeometry, NoiseOptions, Robot, Scene, Stand, SweepRows, sample_view};
-use std::path::Path;
+use patrold_sim::world::{
+    MountGeometry, NoiseOptions, Robot, Scene, Stand, SweepRows, sample_view,
+};
 use std::time::Duration;
 
 /// Scenes as shipped.
@@ -41,7 +42,7 @@ const POSE_ERRORS: [[f64; 3]; 11] = [
 ];
 
 fn scene(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes");
+    let folder = patrold_test_support::workspace_root().join("config/scenes");
     let load = |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
     Scene::resolve(name, &load).expect("a shipped scene")
 }

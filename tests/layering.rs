@@ -98,7 +98,7 @@ fn scip_and_ptu_are_bytes_and_instants_only() {
         "use std::{io, fmt};",
         "let t = std::thread::spawn(f);",
         "use std::io::Read;",
-        "use patrold::geometry::Pose;",
+        "use patrold_engine::geometry::Pose;",
         "use patrold_link::Serial;",
         "use patrold_ptu::Head;",
         "tokio::spawn(f)",

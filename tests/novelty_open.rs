@@ -6,8 +6,8 @@ mod analytic;
 
 use analytic::{COARSE, Pattern, Scene, Solid, URG, compare, compare_with, here, off, room};
 use nalgebra::{Point3, Vector3};
-use patrold::geometry::{NoiseLaw, Pose, View};
-use patrold::novelty::{Detection, EvidenceSettings, Kind, Settings, Verdict};
+use patrold_engine::geometry::{NoiseLaw, Pose, View};
+use patrold_engine::novelty::{Detection, EvidenceSettings, Kind, Settings, Verdict};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};

@@ -1,12 +1,10 @@
 //! The engine against recorded pairs: what changed is found, what did not stays quiet. The table that
 //! it prints (`--nocapture`) is the engine's report on them.
 
-mod common;
-
 use nalgebra::Point3;
-use patrold::formats::read_cloud;
-use patrold::geometry::{Pose, RollPitchYaw, View};
-use patrold::novelty::{Detection, Kind, Reference, Settings, Verdict, detect};
+use patrold_engine::formats::read_cloud;
+use patrold_engine::geometry::{Pose, RollPitchYaw, View};
+use patrold_engine::novelty::{Detection, Kind, Reference, Settings, Verdict, detect};
 use std::path::{Path, PathBuf};
 
 fn ply(path: &Path) -> Vec<Point3<f64>> {
@@ -98,7 +96,7 @@ fn origin(entry: &serde_json::Value, key: &str) -> Point3<f64> {
 
 #[test]
 fn inserted_objects_are_found_whatever_the_pose_and_quiet_pairs_stay_quiet() {
-    let Some(root) = common::data("semisynthetic") else {
+    let Some(root) = patrold_test_support::data("semisynthetic") else {
         return;
     };
     let manifest = json(&root.join("manifest_dev.json"));
@@ -130,7 +128,7 @@ fn inserted_objects_are_found_whatever_the_pose_and_quiet_pairs_stay_quiet() {
 
 #[test]
 fn the_ball_of_a_spinning_laser_is_found_in_every_pair() {
-    let Some(root) = common::data("spherecalib/dev") else {
+    let Some(root) = patrold_test_support::data("spherecalib/dev") else {
         return;
     };
     let meta = json(&root.join("meta.json"));
@@ -166,7 +164,7 @@ fn the_ball_of_a_spinning_laser_is_found_in_every_pair() {
 
 #[test]
 fn another_viewpoint_is_never_a_change() {
-    let Some(root) = common::data("viewpoint_nochange") else {
+    let Some(root) = patrold_test_support::data("viewpoint_nochange") else {
         return;
     };
     let manifest = json(&root.join("manifest_dev.json"));

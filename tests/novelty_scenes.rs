@@ -5,8 +5,8 @@ mod analytic;
 
 use analytic::{COARSE, Pattern, Scene, Solid, URG, compare, here, off, room};
 use nalgebra::Point3;
-use patrold::geometry::{NoiseLaw, Pose};
-use patrold::novelty::{
+use patrold_engine::geometry::{NoiseLaw, Pose};
+use patrold_engine::novelty::{
     Detection, Kind, Model, Reference, Segmentation, Settings, Verdict, detect,
 };
 

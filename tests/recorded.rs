@@ -4,12 +4,11 @@
     reason = "the table that it prints is its report"
 )]
 
-mod common;
 mod harness;
 
-use common::data;
 use harness::program::patrold;
 use harness::schema;
+use patrold_test_support::data;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::fs;
@@ -199,11 +198,13 @@ fn a_ball_and_a_person_moved_in_a_room() {
     });
     let same = (0..2).map(|i| {
         let current = root.join(format!("nochange{i}_cur.ply"));
-        let points =
-            patrold::formats::read_cloud(&fs::read(&current).expect("readable"), Some("ply"))
-                .expect("a cloud")
-                .points
-                .len();
+        let points = patrold_engine::formats::read_cloud(
+            &fs::read(&current).expect("readable"),
+            Some("ply"),
+        )
+        .expect("a cloud")
+        .points
+        .len();
         Pair {
             name: format!("nochange{i}"),
             reference: root.join(format!("nochange{i}_ref.ply")),

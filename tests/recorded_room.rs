@@ -5,11 +5,11 @@
     reason = "the table that it prints is its report"
 )]
 
-mod common;
-
-use patrold::novelty::Verdict;
-use patrold::patrol::{EngineSettings, Inspection, inspect, prepare};
-use patrold::world::{MountGeometry, NoiseOptions, Robot, Scene, Stand, SweepRows, sample_view};
+use patrold_engine::inspect::{EngineSettings, Inspection, inspect, prepare};
+use patrold_engine::novelty::Verdict;
+use patrold_sim::world::{
+    MountGeometry, NoiseOptions, Robot, Scene, Stand, SweepRows, sample_view,
+};
 use std::time::Duration;
 
 /// The recorded corridor: sensor at the origin of the cloud, floor 0.38 m below it, so the base of the pan-tilt
@@ -62,11 +62,11 @@ fn inspection(
 
 #[test]
 fn a_recorded_corridor_is_patrolled() {
-    let Some(folder) = common::data("semisynthetic/dev") else {
+    let Some(folder) = patrold_test_support::data("semisynthetic/dev") else {
         return;
     };
     let bytes = std::fs::read(folder.join("dev04_box_ref.ply")).expect("a reference cloud");
-    let cloud = patrold::formats::read_cloud(&bytes, Some("ply")).expect("reads");
+    let cloud = patrold_engine::formats::read_cloud(&bytes, Some("ply")).expect("reads");
     let before = Scene::parse(ROOM).expect("a scene");
     let after = Scene::parse(&format!("{ROOM}{BOX}")).expect("a scene");
     for (i, error) in [[0.0, 0.0, 0.0], [0.03, -0.03, 1.0], [-0.05, 0.04, -2.0]]

@@ -2,8 +2,8 @@
 //! `tests/data/make_reference_numbers.py` makes.
 
 use nalgebra::Point3;
-use patrold::distance::{Ground, cost_matrix, emd};
-use patrold::mixture::{EmSettings, Mixture, MixtureRecord, em};
+use patrold_engine::distance::{Ground, cost_matrix, emd};
+use patrold_engine::mixture::{EmSettings, Mixture, MixtureRecord, em};
 use serde::Deserialize;
 
 #[derive(Deserialize)]

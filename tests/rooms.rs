@@ -5,18 +5,18 @@
 )]
 
 use nalgebra::Point3;
-use patrold::geometry::Pose;
-use patrold::novelty::Verdict;
-use patrold::patrol::{EngineSettings, Inspection, NoveltyRecord, inspect, prepare};
-use patrold::world::{
+use patrold_engine::geometry::Pose;
+use patrold_engine::inspect::{EngineSettings, Inspection, inspect, prepare};
+use patrold_engine::novelty::Verdict;
+use patrold_engine::report::NoveltyRecord;
+use patrold_sim::world::{
     MountGeometry, NoiseOptions, Robot, SampledView, Scene, SceneChange, Stand, SweepRows,
     sample_view,
 };
-use std::path::Path;
 use std::time::Duration;
 
 fn scene(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes");
+    let folder = patrold_test_support::workspace_root().join("config/scenes");
     let load = |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
     Scene::resolve(name, &load).expect("a shipped scene")
 }

@@ -1,11 +1,11 @@
 //! What the store reads back: mixtures, views, raw sweeps, whatever became of their bytes.
 
 use nalgebra::{Matrix3, Point3};
-use patrold::geometry::{Mount, RollPitchYaw, View};
-use patrold::mixture::{Gaussian, Mixture};
-use patrold::scan::Optics;
-use patrold::store::{decode_mixture, decode_view, encode_mixture, encode_view};
-use patrold::sweep::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample, decode, encode};
+use patrold_engine::blob::{decode_mixture, decode_view, encode_mixture, encode_view};
+use patrold_engine::geometry::{Mount, RollPitchYaw, View};
+use patrold_engine::mixture::{Gaussian, Mixture};
+use patrold_engine::scan::Optics;
+use patrold_engine::sweep::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample, decode, encode};
 
 pub fn run(data: &[u8]) {
     if let Ok(mixture) = decode_mixture(data) {

@@ -1,6 +1,6 @@
 //! Recorded clouds: PLY, PCD and text.
 
-use patrold::formats::{read_cloud, split_finite, write_ply};
+use patrold_engine::formats::{read_cloud, split_finite, write_ply};
 
 /// A reader may not make more points out of a file than could stand in it, compressed ones apart.
 const MOST_POINTS_PER_BYTE: usize = 300;

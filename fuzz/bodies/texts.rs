@@ -1,6 +1,6 @@
 //! Texts of a command line: faults and options of the emulated devices. A refusal is one line.
 
-use patrold::devices::EmulatedFault;
+use patrold_sim::emulator::EmulatedFault;
 
 pub fn run(data: &[u8]) {
     let text = String::from_utf8_lossy(data);

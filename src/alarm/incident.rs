@@ -1,7 +1,7 @@
 //! An alarm as an incident: one change of one place, from the first visit that saw it to the last.
 
-use crate::novelty::Kind;
 use nalgebra::Point3;
+use patrold_engine::novelty::Kind;
 use std::fmt;
 use std::str::FromStr;
 

@@ -1,7 +1,7 @@
 //! The rule: what a visit does to the alarms of its waypoint.
 
 use super::incident::{Incident, Sighting};
-use crate::novelty::Verdict;
+use patrold_engine::novelty::Verdict;
 
 /// What is to be done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,8 +61,8 @@ fn knows(incident: &Incident, thing: &Sighting, same_place_m: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::{Decision, Incident, Sighting, decide};
-    use crate::novelty::{Kind, Verdict};
     use nalgebra::Point3;
+    use patrold_engine::novelty::{Kind, Verdict};
 
     fn at(x: f64, kind: Kind) -> Sighting {
         let centre = Point3::new(x, 0.0, 0.0);

@@ -3,8 +3,8 @@
 use super::failure::Failure;
 use super::table;
 use crate::config::Settings;
-use crate::patrol::NoveltyRecord;
 use crate::store::AlarmRow;
+use patrold_engine::report::NoveltyRecord;
 use serde_json::{Value, json};
 
 /// The log as people read it: one line per alarm, one sentence per thing.

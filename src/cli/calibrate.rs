@@ -6,11 +6,10 @@ use super::failure::{DONE, Failure, Outcome};
 use super::sweep::park;
 use super::{config, files, output, signals};
 use crate::config::Settings;
-use crate::devices::{
-    Cancel, Clock, DeviceError, NoteLevel, Station, SweepRequest, calibration_requests,
-};
-use crate::sweep::{RawSweep, calibrate, decode, encode};
+use crate::devices::{Cancel, DeviceError, NoteLevel, Station, SweepRequest, calibration_requests};
 use clap::Args;
+use link::Clock;
+use patrold_engine::sweep::{RawSweep, calibrate, decode, encode};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;

@@ -1,6 +1,6 @@
 //! What a calibration found, for people and for programs.
 
-use crate::sweep::{Calibration, Estimate, Parameter};
+use patrold_engine::sweep::{Calibration, Estimate, Parameter};
 use serde_json::{Value, json};
 
 /// Standard deviations by which a place must differ from what a ruler gave to be proposed.

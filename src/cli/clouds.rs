@@ -2,8 +2,8 @@
 
 use super::failure::Failure;
 use super::files;
-use crate::formats::{CloudFile, read_cloud, split_finite};
 use nalgebra::{Point3, Vector3};
+use patrold_engine::formats::{CloudFile, read_cloud, split_finite};
 use std::path::Path;
 
 /// A recorded cloud with its non-finite points set aside.

@@ -4,12 +4,13 @@ use super::failure::{CHANGED, DONE, FAILED, Failure, NOT_OBSERVED, Outcome, verd
 use super::stopwatch::{Stopwatch, Timing};
 use super::{alarm_report, clouds, files, output, table};
 use crate::config::{self, EngineMode, Settings, load};
-use crate::formats::write_ply;
-use crate::geometry::View;
-use crate::novelty::Detection;
-use crate::patrol::{Inspection, Report, inspect, prepare};
 use clap::{Args, ValueEnum};
 use nalgebra::Point3;
+use patrold_engine::formats::write_ply;
+use patrold_engine::geometry::View;
+use patrold_engine::inspect::{Inspection, inspect, prepare};
+use patrold_engine::novelty::Detection;
+use patrold_engine::report::Report;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

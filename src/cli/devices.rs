@@ -3,9 +3,10 @@
 use super::failure::{DONE, FAILED, Outcome};
 use super::{config, output, signals};
 use crate::devices::{
-    AxisReport, Clock, DeviceError, HeadReport, LaserReport, PortReport, Station, inventory,
+    AxisReport, DeviceError, HeadReport, LaserReport, PortReport, Station, inventory,
 };
 use clap::Args;
+use link::Clock;
 use serde::Serialize;
 use serde_json::json;
 use std::path::PathBuf;

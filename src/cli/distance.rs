@@ -2,8 +2,8 @@
 
 use super::failure::{DONE, Failure, Outcome};
 use super::{fit, output};
-use crate::distance::{Emd, Ground, cost_matrix, emd_of_costs};
 use clap::{Args, ValueEnum};
+use patrold_engine::distance::{Emd, Ground, cost_matrix, emd_of_costs};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;

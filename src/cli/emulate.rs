@@ -4,11 +4,12 @@ use super::failure::{DONE, Failure, Outcome};
 use super::signals::Interruption;
 use super::{output, scenes};
 use crate::config::Settings;
-use crate::devices::{Clock, EmulatedFault, Emulation, EmulationOptions, Emulator, EmulatorPorts};
-use crate::geometry::RollPitchYaw;
-use crate::world::{MountGeometry, Stand};
 use clap::Args;
+use link::Clock;
 use nalgebra::Point3;
+use patrold_engine::geometry::RollPitchYaw;
+use patrold_sim::emulator::{EmulatedFault, Emulation, EmulationOptions, Emulator, EmulatorPorts};
+use patrold_sim::world::{MountGeometry, Stand};
 use scip::twin::Profile;
 use serde::Deserialize;
 use serde_json::json;
@@ -76,7 +77,7 @@ pub(super) fn scale(text: &str) -> Result<f64, String> {
 
 fn fault(text: &str) -> Result<EmulatedFault, String> {
     text.parse()
-        .map_err(|error: crate::devices::EmulatedFaultError| error.to_string())
+        .map_err(|error: patrold_sim::emulator::EmulatedFaultError| error.to_string())
 }
 
 /// Runs `emulate`.
@@ -228,7 +229,7 @@ fn obey(order: &Order, running: &Mutex<Option<Emulator>>) -> Result<(), String> 
     Ok(())
 }
 
-fn load_world(path: &Path) -> Result<Arc<crate::world::World>, String> {
+fn load_world(path: &Path) -> Result<Arc<patrold_sim::world::World>, String> {
     scenes::load(path)
         .map(|scene| scene.world)
         .map_err(|failure| failure.to_string())

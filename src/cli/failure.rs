@@ -1,8 +1,8 @@
 //! Exit codes (a contract with other programs) and the errors that lead to them.
 
 use crate::config::Mistake;
-use crate::novelty::Verdict;
 use crate::store::StoreError;
+use patrold_engine::novelty::Verdict;
 use std::fmt;
 use std::process::ExitCode;
 

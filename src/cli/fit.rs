@@ -2,12 +2,12 @@
 
 use super::failure::{DONE, Failure, Outcome};
 use super::{clouds, files, output};
-use crate::mixture::constants::{MOST_COMPONENTS, RESTARTS};
-use crate::mixture::{
+use clap::Args;
+use patrold_engine::mixture::constants::{MOST_COMPONENTS, RESTARTS};
+use patrold_engine::mixture::{
     Collapse, Components, EmSettings, Fit, FitSettings, Mixture, MixtureRecord, SplitSettings,
     Start, Stopped, fit,
 };
-use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;

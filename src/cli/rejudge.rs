@@ -4,12 +4,13 @@ use super::alarm_report::describe;
 use super::failure::{Failure, NOT_OBSERVED, Outcome, verdict_code};
 use super::{config, output};
 use crate::config::Settings;
-use crate::geometry::View;
-use crate::novelty::Verdict;
-use crate::patrol::{NoveltyRecord, inspect, prepare};
 use crate::store::{Store, StoredReference, StoredVisit};
-use crate::sweep::{Quality, assemble, decode};
 use clap::Args;
+use patrold_engine::geometry::View;
+use patrold_engine::inspect::{inspect, prepare};
+use patrold_engine::novelty::Verdict;
+use patrold_engine::report::NoveltyRecord;
+use patrold_engine::sweep::{Quality, assemble, decode};
 use serde::Serialize;
 use std::path::PathBuf;
 

@@ -1,9 +1,9 @@
 //! `patrold run`: the service.
 
 use super::failure::{DONE, Failure, Outcome};
-use crate::devices::Clock;
 use crate::service::{ServiceError, run as serve};
 use clap::Args;
+use link::Clock;
 use std::path::PathBuf;
 
 /// Arguments of `run`.

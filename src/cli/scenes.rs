@@ -2,8 +2,8 @@
 
 use super::clouds;
 use super::failure::Failure;
-use crate::geometry::Pose;
-use crate::world::{Scene, World};
+use patrold_engine::geometry::Pose;
+use patrold_sim::world::{Scene, World};
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;

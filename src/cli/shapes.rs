@@ -2,13 +2,13 @@
 
 use super::failure::{DONE, Failure, Outcome};
 use super::{clouds, files, output, table};
-use crate::mixture::{FitSettings, fit};
-use crate::novelty::Rim;
-use crate::patrol::ShapeRecord;
-use crate::shape::ransac::RansacSettings;
-use crate::shape::{Choice, Shape, ShapeSettings, primitives, retrieve};
 use clap::{Args, ValueEnum};
 use nalgebra::Point3;
+use patrold_engine::mixture::{FitSettings, fit};
+use patrold_engine::novelty::Rim;
+use patrold_engine::report::ShapeRecord;
+use patrold_engine::shape::ransac::RansacSettings;
+use patrold_engine::shape::{Choice, Shape, ShapeSettings, primitives, retrieve};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! Times of the stages of a comparison, as the contract lists them.
 
-use crate::novelty;
-use crate::patrol::Stage;
+use patrold_engine::inspect::Stage;
+use patrold_engine::novelty;
 use serde::Serialize;
 use std::time::Instant;
 

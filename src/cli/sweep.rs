@@ -3,10 +3,11 @@
 use super::failure::{DONE, Failure, Outcome};
 use super::{client, config, files, output, signals};
 use crate::config::Settings;
-use crate::devices::{Cancel, Clock, NoteLevel, Station, SweepRequest};
-use crate::formats::write_ply;
-use crate::sweep::{Quality, Sweep, assemble};
+use crate::devices::{Cancel, NoteLevel, Station, SweepRequest};
 use clap::Args;
+use link::Clock;
+use patrold_engine::formats::write_ply;
+use patrold_engine::sweep::{Quality, Sweep, assemble};
 use serde_json::json;
 use std::fs;
 use std::io::Write;

@@ -4,7 +4,7 @@ use super::check::{Mistake, Problem};
 use super::engine::ground_word;
 use super::layers::{Layers, Origin};
 use super::settings::Settings;
-use crate::distance::Ground;
+use patrold_engine::distance::Ground;
 
 /// Least tilt range of a sweep, radians: one degree.
 const LEAST_TILT_RANGE_RAD: f64 = std::f64::consts::PI / 180.0;

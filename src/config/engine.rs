@@ -1,9 +1,9 @@
 //! From the configuration's few knobs to the engine's settings.
 
 use super::settings::{EngineMode, Settings};
-use crate::distance::Ground;
-use crate::patrol::EngineSettings;
-use crate::shape::Choice;
+use patrold_engine::distance::Ground;
+use patrold_engine::inspect::EngineSettings;
+use patrold_engine::shape::Choice;
 use serde_json::json;
 
 impl EngineMode {

@@ -1,7 +1,7 @@
 //! From the configured offsets to the kinematic chain.
 
 use super::settings::MountSettings;
-use crate::geometry::{Mount, RollPitchYaw};
+use patrold_engine::geometry::{Mount, RollPitchYaw};
 
 impl MountSettings {
     /// The configured chain from base to laser.

@@ -8,7 +8,7 @@ use super::settings::{
     StoreSettings, SweepMode, SweepSettings, WaypointSettings,
 };
 use super::value::Value;
-use crate::distance::Ground;
+use patrold_engine::distance::Ground;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

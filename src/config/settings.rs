@@ -4,7 +4,7 @@ use super::check::Mistake;
 use super::contradictions::contradictions;
 use super::layers::Layers;
 use super::reading::read;
-use crate::distance::Ground;
+use patrold_engine::distance::Ground;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

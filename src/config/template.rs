@@ -45,10 +45,10 @@ fn describe(text: &mut String, key: &Key, name: &str) {
 mod tests {
     use super::template;
     use crate::config::{Layers, Settings, Source};
-    use std::path::{Path, PathBuf};
+    use std::path::PathBuf;
 
     fn shipped() -> PathBuf {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("config/patrold.toml")
+        patrold_test_support::workspace_root().join("config/patrold.toml")
     }
 
     #[test]

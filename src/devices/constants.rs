@@ -116,13 +116,6 @@ pub const BITS_PER_BYTE: u32 = 10;
 /// Largest share of a scan's period that its bytes may take on a slow line.
 pub const LINE_SHARE: f64 = 0.95;
 
-/// Longest span of virtual time that the emulation passes in one piece. The head's twin remembers two seconds of its
-/// motion, and a scan looks one turn and a half back.
-pub const EMULATION_PIECE: Duration = Duration::from_millis(500);
-
-/// Wall time after which an emulated port looks around even if nothing is due.
-pub const EMULATOR_LOOK: Duration = Duration::from_millis(20);
-
 /// Slow speed of a calibration, radians per second: 5 deg/s, the usual sweep; there the backlash outweighs the time offset.
 pub const CALIBRATION_SLOW_RAD_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
 

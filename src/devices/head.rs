@@ -196,11 +196,11 @@ pub(super) fn head_error(error: &HeadError, port: &str) -> DeviceError {
 #[cfg(test)]
 mod tests {
     use super::{Driver, HeadDriver, Output};
-    use crate::devices::emulation::{Emulation, EmulationOptions};
     use crate::devices::error::Device;
     use crate::devices::lockstep::bench::ROOM;
     use crate::devices::port_name::PortName;
-    use crate::world::Scene;
+    use patrold_sim::emulator::{Emulation, EmulationOptions};
+    use patrold_sim::world::Scene;
     use std::sync::Arc;
     use std::time::Duration;
 

@@ -286,7 +286,7 @@ mod tests {
     }
 
     fn unit() -> HeadIdentity {
-        let bench = Bench::ready(crate::devices::EmulationOptions::seeded(1));
+        let bench = Bench::ready(patrold_sim::emulator::EmulationOptions::seeded(1));
         let mut unit = bench.identity.expect("connected");
         unit.calibration_seen = false;
         unit

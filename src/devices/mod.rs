@@ -1,9 +1,8 @@
-//! Takes settings, gives raw sweeps: a thread per port with the sans-IO driver inside, the sweep as a machine that
-//! needs no thread, and the emulated devices that the demo and the tests hang on the other end.
+//! Takes settings, gives raw sweeps: a thread per port with the sans-IO driver inside, and the sweep as a machine that
+//! needs no thread.
 //!
 //! | file | takes | gives |
 //! |---|---|---|
-//! | `clock` | the wall's time | virtual time, the one of every deadline |
 //! | `driver`, `laser`, `head` | commands, bytes, instants | bytes and events of one device |
 //! | `port_name`, `port` | a configured port | a thread that keeps it open and serves its driver |
 //! | `inventory` | settings | all serial ports of the machine: what they are, who has them, whose they are |
@@ -12,18 +11,11 @@
 //! | `calibration_plan` | one request | those of a calibration |
 //! | `sweep_run`, `sweep_data` | events of both devices | commands to both, in the end a raw sweep or the reason why not |
 //! | `station`, `known`, `head_memory`, `power_mark`, `report` | settings | both devices as one object with blocking calls; what is known of them |
-//! | `emulation`, `emulated_fault`, `emulated_plug`, `emulator`, `emulator_end` | a scene | the devices' other ends, pure and on pseudo-terminals |
 
 mod calibration_plan;
 mod cancel;
-mod clock;
 mod constants;
 mod driver;
-mod emulated_fault;
-mod emulated_plug;
-mod emulation;
-mod emulator;
-mod emulator_end;
 mod error;
 mod head;
 mod head_memory;
@@ -46,11 +38,6 @@ mod on_terminals;
 
 pub use calibration_plan::calibration_requests;
 pub use cancel::Cancel;
-pub use clock::Clock;
-pub use emulated_fault::{EmulatedFault, EmulatedFaultError};
-pub use emulated_plug::Unplug;
-pub use emulation::{Emulation, EmulationOptions};
-pub use emulator::{Emulator, EmulatorError, EmulatorPorts, Lag};
 pub use error::{Device, DeviceError, PortError};
 pub use head_memory::HeadMemory;
 pub use inventory::{PortReport, inventory};

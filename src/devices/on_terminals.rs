@@ -1,13 +1,12 @@
 //! The whole way through threads and pseudo-terminals, ten times as fast as life.
 
-use super::{
-    Cancel, Clock, DeviceError, Emulation, EmulationOptions, Emulator, EmulatorPorts, Station,
-    SweepRequest,
-};
+use super::{Cancel, DeviceError, Station, SweepRequest};
 use crate::config::Settings;
 use crate::devices::lockstep::bench::ROOM;
-use crate::sweep::assemble;
-use crate::world::{NoiseOptions, Scene};
+use link::Clock;
+use patrold_engine::sweep::assemble;
+use patrold_sim::emulator::{Emulation, EmulationOptions, Emulator, EmulatorPorts};
+use patrold_sim::world::{NoiseOptions, Scene};
 use std::sync::{Arc, mpsc};
 use std::thread;
 use std::time::Duration;

@@ -1,10 +1,10 @@
 //! The thread of one port: blocking reads, bytes stamped as they come, the driver inside, the port opened anew.
 
-use super::clock::Clock;
 use super::constants::{ABSENT_RETRY, BACKOFF, CLOSE_LIMIT, READ_BUSY, READ_IDLE, WRITE_LIMIT};
 use super::driver::{Driver, Output};
 use super::error::DeviceError;
 use super::port_name::{PortName, Try};
+use link::Clock;
 use link::Link;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -338,14 +338,14 @@ fn flush<D: Driver>(driver: &mut D, link: &mut dyn Link) {
 #[cfg(test)]
 mod tests {
     use super::{BACKOFF, PortEvent, Runner};
-    use crate::devices::clock::Clock;
-    use crate::devices::emulation::{Emulation, EmulationOptions};
-    use crate::devices::emulator::{Emulator, EmulatorPorts};
     use crate::devices::error::{Device, DeviceError, PortError};
     use crate::devices::laser::LaserDriver;
     use crate::devices::lockstep::bench::ROOM;
     use crate::devices::port_name::{PortName, Try};
-    use crate::world::Scene;
+    use link::Clock;
+    use patrold_sim::emulator::{Emulation, EmulationOptions};
+    use patrold_sim::emulator::{Emulator, EmulatorPorts};
+    use patrold_sim::world::Scene;
     use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
     use std::sync::mpsc;

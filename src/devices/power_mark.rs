@@ -64,8 +64,8 @@ fn speeds(unit: &HeadIdentity) -> [i32; 2] {
 #[cfg(test)]
 mod tests {
     use super::PowerMark;
-    use crate::devices::EmulationOptions;
     use crate::devices::lockstep::bench::Bench;
+    use patrold_sim::emulator::EmulationOptions;
     use ptu::{Axis, HeadIdentity};
 
     fn unit(pan: i32, tilt: i32) -> HeadIdentity {

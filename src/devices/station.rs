@@ -7,7 +7,6 @@ mod watch;
 
 use self::travel::Stance;
 use super::cancel::Cancel;
-use super::clock::Clock;
 use super::constants::{BITS_PER_BYTE, CONNECT_LIMIT, HEALTH_LIMIT, OPEN_LIMIT};
 use super::error::{Device, DeviceError};
 use super::head::{HeadCommand, HeadEvent};
@@ -20,7 +19,8 @@ use super::report::{DevicesReport, HeadReport, LaserReport};
 use super::sweep_run::{PortNames, RunAction, SweepRun};
 use super::wires::{PortThreads, Told, Wires};
 use crate::config::{PtuSettings, Settings};
-use crate::sweep::RawSweep;
+use link::Clock;
+use patrold_engine::sweep::RawSweep;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 

@@ -4,7 +4,7 @@ use super::constants::{
     DATING_SCANS, FIRST_BYTE_TURN, RATE_SCANS, TIMER_SCANS, TIMER_STEP_PERIODS,
 };
 use super::plan::{SweepPlan, TiltPlan};
-use crate::sweep::{Leg, Motion, Poll, RawScan, TimeSample};
+use patrold_engine::sweep::{Leg, Motion, Poll, RawScan, TimeSample};
 use scip::stamp_advance_ms;
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -209,7 +209,7 @@ pub fn time_sample(
 #[cfg(test)]
 mod tests {
     use super::{LegDraft, ScanDating, StampUnwrapper};
-    use crate::sweep::{RawScan, TimeSample};
+    use patrold_engine::sweep::{RawScan, TimeSample};
 
     fn scan(stamp_ms: u64, arrived_s: f64) -> RawScan {
         RawScan {

@@ -17,7 +17,7 @@ use super::head::{HeadCommand, HeadEvent, head_error};
 use super::laser::{LaserCommand, laser_error};
 use super::plan::SweepPlan;
 use super::sweep_data::{LegDraft, ScanDating, StampUnwrapper, time_sample};
-use crate::sweep::{Leg, Poll, RawScan, RawSweep};
+use patrold_engine::sweep::{Leg, Poll, RawScan, RawSweep};
 use ptu::{Axis, MoveState, MoveWatch};
 use scip::Rejection;
 use std::collections::VecDeque;

@@ -1,13 +1,13 @@
 //! Both ports as the station uses them: commands out, what they told in, one clock. Threads carry them; tests bring
 //! wires without any.
 
-use super::clock::Clock;
 use super::constants::CANCEL_CHECK;
 use super::error::DeviceError;
 use super::head::{HeadCommand, HeadDriver, HeadEvent};
 use super::laser::{LaserCommand, LaserDriver};
 use super::port::{Port, PortEvent};
 use super::port_name::PortName;
+use link::Clock;
 use std::fmt;
 use std::sync::mpsc::{self, Receiver};
 use std::time::Duration;

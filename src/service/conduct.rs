@@ -16,7 +16,7 @@ use crate::patrol::action::{Action, Weight};
 use crate::patrol::event::{Event, Request, Task};
 use crate::patrol::machine::Machine;
 use crate::store::Level;
-use crate::sweep::RawSweep;
+use patrold_engine::sweep::RawSweep;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -1,14 +1,16 @@
 //! From the raw data of a sweep to a verdict or a reference: what runs on the blocking pool.
 
 use crate::config::Settings;
-use crate::formats::write_ply;
-use crate::geometry::View;
-use crate::mixture::Mixture;
-use crate::novelty::{Reference, Verdict};
 use crate::patrol::event::Task;
-use crate::patrol::{Doubt, NoveltyRecord, Report, Suspicion, doubt, inspect, prepare};
 use crate::store::StoredReference;
-use crate::sweep::{Quality, RawSweep, Sweep, assemble, encode};
+use patrold_engine::formats::write_ply;
+use patrold_engine::geometry::View;
+use patrold_engine::inspect::{inspect, prepare};
+use patrold_engine::lost_steps::{Doubt, Suspicion, doubt};
+use patrold_engine::mixture::Mixture;
+use patrold_engine::novelty::{Reference, Verdict};
+use patrold_engine::report::{NoveltyRecord, Report};
+use patrold_engine::sweep::{Quality, RawSweep, Sweep, assemble, encode};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::task::JoinError;

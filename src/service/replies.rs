@@ -1,9 +1,9 @@
 //! What the control socket answers, in the words of the contract. The command line reads the same types.
 
-use crate::novelty::Verdict;
 use crate::patrol::event::Refusal;
-use crate::patrol::{NoveltyRecord, PoseCorrection};
-use crate::sweep::Quality;
+use patrold_engine::novelty::Verdict;
+use patrold_engine::report::{NoveltyRecord, PoseCorrection};
+use patrold_engine::sweep::Quality;
 use serde::{Deserialize, Serialize};
 
 /// The alarm that a visit raised or belongs to.

@@ -3,7 +3,7 @@
 use crate::config::Settings;
 use crate::devices::Cancel;
 use crate::store::Level;
-use crate::sweep::RawSweep;
+use patrold_engine::sweep::RawSweep;
 use serde_json::Value;
 use std::fmt;
 use std::sync::Arc;

@@ -5,8 +5,9 @@ use super::constants::{
 };
 use super::robot::{Away, Connect, Fault, Notes, Robot};
 use crate::config::{Settings, SweepMode};
-use crate::devices::{Cancel, Clock};
-use crate::sweep::RawSweep;
+use crate::devices::Cancel;
+use link::Clock;
+use patrold_engine::sweep::RawSweep;
 use serde_json::Value;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -297,9 +298,10 @@ pub(super) fn longest_sweep(settings: &Settings, waypoint: Option<&str>) -> Dura
 mod tests {
     use super::{RobotEvent, RobotThread, longest_sweep};
     use crate::config::{Settings, SweepMode};
-    use crate::devices::{Cancel, Clock};
+    use crate::devices::Cancel;
     use crate::service::robot::{Away, Connect, Fault, Notes, Robot};
-    use crate::sweep::RawSweep;
+    use link::Clock;
+    use patrold_engine::sweep::RawSweep;
     use serde_json::Value;
     use std::sync::{Arc, Mutex, mpsc};
     use std::thread;

@@ -3,10 +3,11 @@
 use super::robot::{Away, Connect, Fault, Notes, Robot};
 use crate::config::Settings;
 use crate::devices::{
-    Cancel, Clock, Device, DeviceError, DeviceNote, HeadMemory, NoteLevel, Station, SweepRequest,
+    Cancel, Device, DeviceError, DeviceNote, HeadMemory, NoteLevel, Station, SweepRequest,
 };
 use crate::store::Level;
-use crate::sweep::RawSweep;
+use link::Clock;
+use patrold_engine::sweep::RawSweep;
 use serde_json::{Value, json};
 use std::collections::HashMap;
 use std::sync::mpsc::{self, Receiver};

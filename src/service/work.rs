@@ -5,11 +5,11 @@ use super::replies::{
     AlarmReply, Reply, StepTiming, SweepAbout, SweepReply, TeachReply, VisitReply,
 };
 use crate::config::Settings;
-use crate::novelty::Verdict;
 use crate::patrol::event::{Refusal, Request};
 use crate::store::{
     NewReference, NewVisit, Recorded, Stamp, Store, StoreError, StoredReference, SweepRecord,
 };
+use patrold_engine::novelty::Verdict;
 use serde_json::json;
 use std::sync::Arc;
 

@@ -5,7 +5,7 @@ use super::handle::{Stamp, Store, time_text};
 use super::novelties::{novelties, sighting};
 use super::waypoints::named_in_log;
 use crate::alarm::{Incident, State};
-use crate::patrol::NoveltyRecord;
+use patrold_engine::report::NoveltyRecord;
 use rusqlite::{Connection, OptionalExtension, Transaction, params, params_from_iter};
 use serde::Serialize;
 

@@ -1,5 +1,6 @@
 //! What can go wrong with the store, told with the file and what to do.
 
+use patrold_engine::blob::BlobError;
 use rusqlite::ErrorCode;
 use std::path::{Path, PathBuf};
 
@@ -92,16 +93,19 @@ pub enum StoreError {
         /// Why it is not there.
         why: &'static str,
     },
-    /// A stored blob does not read.
+    /// A stored file is not what its name says.
     #[error("{what}: expected {expected}, got {got}")]
-    Blob {
-        /// Which blob.
+    Changed {
+        /// Which file.
         what: String,
         /// What was expected.
         expected: String,
         /// What was found.
         got: String,
     },
+    /// A stored view or mixture does not read.
+    #[error(transparent)]
+    Blob(#[from] BlobError),
     /// A stored text does not read.
     #[error("stored {what}: {source}")]
     Record {

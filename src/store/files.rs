@@ -77,7 +77,7 @@ impl Files {
         if got == name {
             return Ok(bytes);
         }
-        Err(StoreError::Blob {
+        Err(StoreError::Changed {
             what: path.display().to_string(),
             expected: format!("content with hash {name}"),
             got,

@@ -3,12 +3,10 @@
 //! speaks SQL.
 
 mod alarms;
-mod cloud_blob;
 mod error;
 mod events;
 mod files;
 mod handle;
-mod mixture_blob;
 mod novelties;
 mod references;
 mod retention;
@@ -17,11 +15,9 @@ mod visits;
 mod waypoints;
 
 pub use alarms::{AlarmFilter, AlarmRow};
-pub use cloud_blob::{decode as decode_view, encode as encode_view};
 pub use error::StoreError;
 pub use events::{EventRow, Level};
 pub use handle::{Stamp, Store};
-pub use mixture_blob::{decode as decode_mixture, encode as encode_mixture};
 pub use references::{NewReference, ReferenceRow, StoredReference};
 pub use retention::{Retention, Swept};
 pub use sweeps::SweepRecord;

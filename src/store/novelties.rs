@@ -3,9 +3,9 @@
 
 use super::error::StoreError;
 use crate::alarm::Sighting;
-use crate::novelty::Kind;
-use crate::patrol::{MethodsRecord, NoveltyRecord};
 use nalgebra::Point3;
+use patrold_engine::novelty::Kind;
+use patrold_engine::report::{MethodsRecord, NoveltyRecord};
 use rusqlite::{Connection, Row, Transaction, params};
 
 /// A figure as it stands in the database.

@@ -4,9 +4,9 @@ use super::error::StoreError;
 use super::handle::{Stamp, Store};
 use super::sweeps::{SweepFiles, SweepRecord, insert_sweep};
 use super::waypoints::{find_waypoint, known_waypoint};
-use super::{cloud_blob, mixture_blob};
-use crate::geometry::View;
-use crate::mixture::Mixture;
+use patrold_engine::blob::{decode_mixture, decode_view, encode_mixture};
+use patrold_engine::geometry::View;
+use patrold_engine::mixture::Mixture;
 use rusqlite::{Connection, OptionalExtension, Transaction, params};
 use serde::Serialize;
 
@@ -110,8 +110,8 @@ impl Store {
         Ok(StoredReference {
             id,
             version,
-            view: cloud_blob::decode(&file, &self.files.get(&file)?)?,
-            mixture: mixture_blob::decode(&mixture)?,
+            view: decode_view(&file, &self.files.get(&file)?)?,
+            mixture: decode_mixture(&mixture)?,
             engine,
             seed: seed as u64,
         })
@@ -155,7 +155,7 @@ fn insert_reference(
             new.mixture.len() as i64,
             new.seed as i64,
             new.engine,
-            mixture_blob::encode(new.mixture)
+            encode_mixture(new.mixture)
         ],
     )?;
     super::alarms::clear_standing(change, waypoint, &at, "reference taught anew")?;

@@ -1,10 +1,10 @@
 //! Sweeps: a row each, its points and raw data in files.
 
-use super::cloud_blob;
 use super::error::StoreError;
 use super::files::Files;
 use super::handle::Stamp;
-use crate::geometry::View;
+use patrold_engine::blob::encode_view;
+use patrold_engine::geometry::View;
 use rusqlite::{Transaction, params};
 
 /// A sweep to be kept.
@@ -26,7 +26,7 @@ pub(super) struct SweepFiles {
 
 impl SweepRecord<'_> {
     pub(super) fn write_files(&self, files: &Files) -> Result<SweepFiles, StoreError> {
-        let put_view = |view| files.put(&cloud_blob::encode(view));
+        let put_view = |view| files.put(&encode_view(view));
         Ok(SweepFiles {
             view: self.view.map(put_view).transpose()?,
             raw: self.raw.map(|raw| files.put(raw)).transpose()?,

@@ -1,16 +1,17 @@
 //! Visits: what was swept, judged and decided, in one transaction, on disk before anyone is told.
 
+use super::alarms;
 use super::error::StoreError;
 use super::handle::{Stamp, Store};
 use super::novelties::{finite, insert_novelties, sighting};
 use super::references::newest_reference;
 use super::sweeps::{SweepRecord, insert_sweep};
 use super::waypoints::known_waypoint;
-use super::{alarms, cloud_blob};
 use crate::alarm::{Decision, Sighting, decide};
-use crate::geometry::View;
-use crate::novelty::Verdict;
-use crate::patrol::NoveltyRecord;
+use patrold_engine::blob::decode_view;
+use patrold_engine::geometry::View;
+use patrold_engine::novelty::Verdict;
+use patrold_engine::report::NoveltyRecord;
 use rusqlite::{OptionalExtension, Row, Transaction, params};
 
 /// A visit to be kept.
@@ -150,7 +151,7 @@ impl Store {
         }
         let [view, raw] = files;
         if let Some(file) = view {
-            visit.view = Some(cloud_blob::decode(&file, &self.files.get(&file)?)?);
+            visit.view = Some(decode_view(&file, &self.files.get(&file)?)?);
         }
         visit.raw = raw.map(|file| self.files.get(&file)).transpose()?;
         Ok(visit)

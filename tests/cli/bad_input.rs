@@ -3,8 +3,8 @@
 use crate::harness::clouds;
 use crate::harness::program::patrold;
 use nalgebra::Point3;
-use patrold::formats::write_ply;
 use patrold::store::Store;
+use patrold_engine::formats::write_ply;
 use rusqlite::Connection;
 use std::collections::BTreeMap;
 use std::fs;

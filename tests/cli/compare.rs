@@ -4,7 +4,7 @@ use crate::harness::clouds::{self, CRATE};
 use crate::harness::program::patrold;
 use crate::harness::schema;
 use nalgebra::{Point3, Vector3};
-use patrold::formats::read_cloud;
+use patrold_engine::formats::read_cloud;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::fs;

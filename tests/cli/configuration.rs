@@ -5,7 +5,6 @@ use crate::harness::program::patrold;
 use crate::harness::schema;
 use serde_json::{Value, json};
 use std::fs;
-use std::path::Path;
 
 fn folder(text: &str) -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("temp dir");
@@ -32,7 +31,7 @@ fn a_valid_file_is_said_to_be() {
 
 #[test]
 fn the_shipped_file_is_valid_and_changes_nothing() {
-    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/patrold.toml");
+    let shipped = patrold_test_support::workspace_root().join("config/patrold.toml");
     let dir = folder("");
     let path = shipped.to_string_lossy();
     let ran = patrold(dir.path(), &["config", "check", "--config", &path]);

@@ -27,7 +27,7 @@ fn folder() -> tempfile::TempDir {
 
 /// Devices in the office, on the ports that the configuration of `folder` names.
 fn emulated(dir: &Path, options: &[&str]) -> Emulator {
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes/office.toml");
+    let scene = patrold_test_support::workspace_root().join("config/scenes/office.toml");
     let scene = scene.to_string_lossy();
     let args = [
         "emulate", "--scene", &scene, "--laser", "laser", "--ptu", "ptu",

@@ -3,11 +3,11 @@
 use crate::harness::program::{Ran, patrold};
 use crate::harness::schema;
 use nalgebra::{Matrix3, Point3};
-use patrold::geometry::View;
-use patrold::mixture::{Gaussian, Mixture};
-use patrold::novelty::Verdict;
-use patrold::patrol::{MethodsRecord, NoveltyRecord, ShapeRecord};
 use patrold::store::{NewReference, NewVisit, Stamp, Store, SweepRecord};
+use patrold_engine::geometry::View;
+use patrold_engine::mixture::{Gaussian, Mixture};
+use patrold_engine::novelty::Verdict;
+use patrold_engine::report::{MethodsRecord, NoveltyRecord, ShapeRecord};
 use std::fs;
 use std::path::Path;
 

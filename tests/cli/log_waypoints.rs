@@ -2,8 +2,8 @@
 
 use crate::harness::schema;
 use crate::log::{folder, ids, run, stamp, thing};
-use patrold::novelty::Verdict;
 use patrold::store::{NewVisit, Store};
+use patrold_engine::novelty::Verdict;
 use serde_json::{Value, json};
 use std::fs;
 

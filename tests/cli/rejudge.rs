@@ -5,11 +5,11 @@ use crate::harness::program::patrold;
 use crate::harness::schema;
 use nalgebra::Point3;
 use patrold::config::Settings;
-use patrold::geometry::View;
-use patrold::novelty::Verdict;
-use patrold::patrol::{inspect, prepare};
 use patrold::store::{NewReference, NewVisit, Stamp, Store, SweepRecord};
-use patrold::sweep::{LegLines, Quality};
+use patrold_engine::geometry::View;
+use patrold_engine::inspect::{inspect, prepare};
+use patrold_engine::novelty::Verdict;
+use patrold_engine::sweep::{LegLines, Quality};
 use serde_json::json;
 use std::fs;
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// the reason printed, where it is absent, unless `PATROLD_REQUIRE_DATA=1`.
 pub fn data(folder: &str) -> Option<PathBuf> {
     let root = std::env::var_os("PATROLD_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
+        || patrold_test_support::workspace_root().join("../shared/data"),
         PathBuf::from,
     );
     let path = root.join(folder);

@@ -2,8 +2,8 @@
 #![allow(dead_code, reason = "each test program uses its part")]
 
 use nalgebra::{Point3, Unit, Vector3};
-use patrold::geometry::{NoiseLaw, Pose, RollPitchYaw, View};
-use patrold::novelty::{Detection, Reference, Settings, detect};
+use patrold_engine::geometry::{NoiseLaw, Pose, RollPitchYaw, View};
+use patrold_engine::novelty::{Detection, Reference, Settings, detect};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};

@@ -1,7 +1,7 @@
 //! Small clouds of an analytic room, seen from the origin through a grid of rays with range noise.
 
 use nalgebra::{Point3, Vector3};
-use patrold::formats::write_ply;
+use patrold_engine::formats::write_ply;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};

@@ -3,10 +3,10 @@
 use jsonschema::{Registry, Resource};
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/schema")
+    patrold_test_support::workspace_root().join("docs/schema")
 }
 
 /// Every schema by its name.

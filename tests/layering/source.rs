@@ -1,7 +1,7 @@
 //! The tree as the rules see it: every Rust file, with its comments and texts set aside.
 
 use std::fs;
-use std::path::Path;
+use std::path::PathBuf;
 
 /// One Rust file.
 pub struct Source {
@@ -25,7 +25,10 @@ impl Source {
 
     /// The room below `src/` that it belongs to.
     pub fn room(&self) -> Option<&str> {
-        let (room, _) = self.path.strip_prefix("src/")?.split_once('/')?;
+        let inside = ["src/", "engine/src/", "sim/src/", "lab/src/"]
+            .iter()
+            .find_map(|source| self.path.strip_prefix(source))?;
+        let (room, _) = inside.split_once('/')?;
         Some(room)
     }
 
@@ -39,7 +42,9 @@ impl Source {
 /// Every Rust file of the project.
 pub fn tree() -> Vec<Source> {
     let mut files = Vec::new();
-    for folder in ["src", "drivers", "tests", "benches", "fuzz"] {
+    for folder in [
+        "src", "engine", "sim", "lab", "drivers", "tests", "benches", "fuzz",
+    ] {
         walk(folder, &mut files);
     }
     files
@@ -60,8 +65,8 @@ pub fn read(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+fn root() -> PathBuf {
+    patrold_test_support::workspace_root()
 }
 
 fn walk(folder: &str, files: &mut Vec<Source>) {

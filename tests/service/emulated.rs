@@ -1,15 +1,15 @@
 //! The whole house: the service on the emulated devices, over pseudo-terminals, five times as fast as life.
 
 use super::house::{Act, House, Scripted, configure, plan};
-use patrold::devices::{Clock, Emulation, EmulationOptions, Emulator, EmulatorPorts};
+use link::Clock;
 use patrold::service::{Plan, StationConnect};
-use patrold::world::{Scene, World};
-use std::path::Path;
+use patrold_sim::emulator::{Emulation, EmulationOptions, Emulator, EmulatorPorts};
+use patrold_sim::world::{Scene, World};
 use std::sync::Arc;
 use std::time::Duration;
 
 fn scene(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes");
+    let folder = patrold_test_support::workspace_root().join("config/scenes");
     let load = |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
     Scene::resolve(name, &load).expect("a shipped scene")
 }

@@ -1,13 +1,14 @@
 //! A service in a folder of its own with a scripted robot: what several tests need.
 
+use link::Clock;
 use nalgebra::Point3;
 use patrold::config::{Settings, load};
-use patrold::devices::{Cancel, Clock};
-use patrold::scan::Optics;
+use patrold::devices::Cancel;
 use patrold::service::{Away, Connect, Control, Fault, Notes, Plan, Robot, ServiceError, serve};
 use patrold::store::Level;
-use patrold::sweep::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
-use patrold::world::{BeamFan, Lookaround, MountGeometry, NoiseOptions, Robot as Base, Scene};
+use patrold_engine::scan::Optics;
+use patrold_engine::sweep::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
+use patrold_sim::world::{BeamFan, Lookaround, MountGeometry, NoiseOptions, Robot as Base, Scene};
 use serde_json::{Value, json};
 use std::io::{Read as _, Write as _};
 use std::os::unix::net::UnixStream;
@@ -156,7 +157,7 @@ const PERIOD: Duration = Duration::from_millis(100);
 
 /// What perfect devices would have given in a shipped scene; `turn` makes the noise of each sweep its own.
 fn swept(scene: &str, turn: u64) -> RawSweep {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes");
+    let folder = patrold_test_support::workspace_root().join("config/scenes");
     let load = |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
     let scene = Scene::resolve(scene, &load).expect("a shipped scene");
     let mut around = Lookaround {
@@ -374,7 +375,7 @@ impl House {
 
 /// Number of points of a PLY, by reading it.
 pub fn points(ply: &[u8]) -> Vec<Point3<f64>> {
-    patrold::formats::read_cloud(ply, Some("ply"))
+    patrold_engine::formats::read_cloud(ply, Some("ply"))
         .expect("a PLY")
         .points
 }

@@ -2,8 +2,8 @@
 
 use super::kit::{alarms, stamp, teach, thing, visit, visit_of};
 use patrold::alarm::State;
-use patrold::novelty::Verdict;
 use patrold::store::{AlarmFilter, Store, StoreError};
+use patrold_engine::novelty::Verdict;
 
 #[test]
 fn an_alarm_is_raised_folded_acknowledged_and_cleared() {

@@ -1,13 +1,13 @@
 //! Sweeps, mixtures and things to store, and the short words that the tests speak in.
 
 use nalgebra::{Matrix3, Point3};
-use patrold::geometry::View;
-use patrold::mixture::{Gaussian, Mixture};
-use patrold::novelty::{Kind, Novelty, Rim, Verdict};
-use patrold::patrol::NoveltyRecord;
 use patrold::store::{
     AlarmFilter, NewReference, NewVisit, Recorded, Retention, Stamp, Store, SweepRecord,
 };
+use patrold_engine::geometry::View;
+use patrold_engine::mixture::{Gaussian, Mixture};
+use patrold_engine::novelty::{Kind, Novelty, Rim, Verdict};
+use patrold_engine::report::NoveltyRecord;
 use std::path::Path;
 
 pub const EVERYTHING: Retention = Retention {

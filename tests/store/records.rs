@@ -1,8 +1,8 @@
 //! What was recorded comes back: references by version, visits, raw data, events.
 
 use super::kit::{mixture, stamp, teach, thing, view, visit};
-use patrold::novelty::Verdict;
 use patrold::store::{AlarmFilter, Level, NewReference, NewVisit, Store, StoreError, SweepRecord};
+use patrold_engine::novelty::Verdict;
 
 #[test]
 fn teaching_again_makes_a_version_and_clears_what_spoke_of_the_old_one() {

@@ -1,8 +1,8 @@
 //! What retention lets go, and what it never does.
 
 use super::kit::{EVERYTHING, stamp, teach, thing, visit};
-use patrold::novelty::Verdict;
 use patrold::store::{Retention, Store};
+use patrold_engine::novelty::Verdict;
 use std::path::Path;
 
 #[test]

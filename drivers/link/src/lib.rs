@@ -3,6 +3,7 @@
 //! A driver turns bytes and instants into actions; a [`Link`] is where the bytes come from. This is the only place of the
 //! project that opens a device node.
 
+mod clock;
 mod error;
 mod holder;
 mod pty;
@@ -13,6 +14,7 @@ mod tcp;
 mod transcript;
 mod usb;
 
+pub use clock::Clock;
 pub use error::LinkError;
 pub use holder::holders;
 pub use pty::PseudoTerminal;

@@ -1,7 +1,7 @@
 //! The demo's building: four places, each as it should be and as it is in the changed round.
 
 use crate::cli::failure::Failure;
-use crate::world::{Scene, Stand, World};
+use patrold_sim::world::{Scene, Stand, World};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;

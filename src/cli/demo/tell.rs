@@ -5,9 +5,9 @@ use super::rounds::Rounds;
 use super::truth::{self, Told};
 use crate::cli::failure::Failure;
 use crate::cli::{alarm_report, table};
-use crate::patrol::NoveltyRecord;
 use crate::service::replies::VisitReply;
 use crate::store::{AlarmFilter, AlarmRow, Store};
+use patrold_engine::report::NoveltyRecord;
 use serde_json::json;
 use std::path::Path;
 

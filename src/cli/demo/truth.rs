@@ -2,9 +2,9 @@
 
 use super::building::{Place, world};
 use crate::cli::failure::Failure;
-use crate::patrol::NoveltyRecord;
-use crate::world::{MountGeometry, NoiseOptions, Robot, Scene, SweepRows, sample_view};
 use nalgebra::{Point3, Vector3};
+use patrold_engine::report::NoveltyRecord;
+use patrold_sim::world::{MountGeometry, NoiseOptions, Robot, Scene, SweepRows, sample_view};
 use serde::Serialize;
 
 /// Tilts of the demo's sweeps, degrees, and rows enough to see every thing.

@@ -3,11 +3,11 @@
 use super::tell;
 use crate::cli::failure::{DONE, Failure, Outcome as Ended};
 use crate::cli::{files, output, progress};
-use crate::evaluate::{
+use clap::{Args, ValueEnum};
+use patrold_lab::evaluate::{
     Amounts, Change, Engine, Entry, Given, Kind, Outcome, Pair, Planned, Sensor, Set, dump, judge,
     plan, score,
 };
-use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::fs;
 use std::path::{Path, PathBuf};

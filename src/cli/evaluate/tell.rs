@@ -1,9 +1,9 @@
 //! The table for people, the lines of misses, the JSON.
 
 use crate::cli::table;
-use crate::evaluate::{Listed, Outcome, Rate, Row, summarise};
-use crate::novelty::Kind;
 use comfy_table::presets;
+use patrold_engine::novelty::Kind;
+use patrold_lab::evaluate::{Listed, Outcome, Rate, Row, summarise};
 use serde::Serialize;
 
 /// What the command tells.

@@ -5,12 +5,12 @@ use super::numbers::Figures;
 use super::tell::Report;
 use crate::cli::failure::{DONE, Failure, Outcome};
 use crate::cli::{files, output, progress};
-use crate::patrol::class_word;
-use crate::reproduce::{
+use clap::{Args, ValueEnum};
+use patrold_engine::report::class_word;
+use patrold_lab::reproduce::{
     Beams, Corridor, Density, Furnished, Look, LookError, Mark, Noise, Site, Thing, Way, judge,
     picture, score,
 };
-use clap::{Args, ValueEnum};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;

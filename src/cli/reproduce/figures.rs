@@ -3,10 +3,10 @@
 use super::projection::{Drawn, Frame, Style};
 use crate::cli::failure::Failure;
 use crate::cli::files;
-use crate::reproduce::outline::{of_gaussian, of_shape};
-use crate::reproduce::{Attitude, Picture, Removals};
-use crate::shape::{Primitive, Shape};
 use nalgebra::Point3;
+use patrold_engine::shape::{Primitive, Shape};
+use patrold_lab::reproduce::outline::{of_gaussian, of_shape};
+use patrold_lab::reproduce::{Attitude, Picture, Removals};
 use plotters::prelude::{
     BLACK, BLUE, ChartBuilder, Circle, Color, IntoDrawingArea, IntoFont, PathElement, RED,
     RGBColor, SVGBackend, Text, WHITE,

@@ -1,7 +1,7 @@
 //! Fig. 3 and Fig. 4d as numbers.
 
 use crate::cli::failure::Failure;
-use crate::reproduce::{
+use patrold_lab::reproduce::{
     Attitude, Beams, Corridor, Density, Noise, Removals, Thing, Told, attitudes, removals, told,
 };
 use serde::Serialize;

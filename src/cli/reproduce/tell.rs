@@ -3,9 +3,9 @@
 use super::command::Done;
 use super::numbers::Figures;
 use crate::cli::table;
-use crate::patrol::class_word;
-use crate::reproduce::{Mark, PAPER, PaperColumn, Row};
 use comfy_table::presets;
+use patrold_engine::report::class_word;
+use patrold_lab::reproduce::{Mark, PAPER, PaperColumn, Row};
 use serde::Serialize;
 
 /// What the command tells.

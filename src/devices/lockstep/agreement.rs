@@ -2,8 +2,8 @@
 
 use super::bench::Bench;
 use crate::config::SweepMode;
-use crate::devices::emulation::EmulationOptions;
-use crate::sweep::{RawSweep, TimeSample, assemble};
+use patrold_engine::sweep::{RawSweep, TimeSample, assemble};
+use patrold_sim::emulator::EmulationOptions;
 
 fn raw(seed: u64, mode: SweepMode, reverse: bool) -> RawSweep {
     let mut bench = Bench::ready(EmulationOptions::seeded(seed));

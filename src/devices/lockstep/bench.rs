@@ -2,16 +2,16 @@
 
 use crate::config::{PtuSettings, Settings, SweepMode};
 use crate::devices::driver::{Driver, Output};
-use crate::devices::emulation::{Emulation, EmulationOptions};
 use crate::devices::error::{Device, DeviceError};
 use crate::devices::head::{HeadCommand, HeadDriver, HeadEvent};
 use crate::devices::laser::LaserDriver;
 use crate::devices::plan::{HeadFacts, LaserFacts, SweepPlan, SweepRequest};
 use crate::devices::port_name::PortName;
 use crate::devices::sweep_run::{PortNames, RunAction, SweepRun};
-use crate::geometry::Mount;
-use crate::sweep::RawSweep;
-use crate::world::{MountGeometry, Scene};
+use patrold_engine::geometry::Mount;
+use patrold_engine::sweep::RawSweep;
+use patrold_sim::emulator::{Emulation, EmulationOptions};
+use patrold_sim::world::{MountGeometry, Scene};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -67,7 +67,7 @@ impl Bench {
 
     /// Connected and homed, in a shipped scene.
     pub fn ready_in(options: EmulationOptions, scene: &str) -> Self {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes");
+        let folder = patrold_test_support::workspace_root().join("config/scenes");
         let load =
             |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
         let scene = Scene::resolve(scene, &load).expect("a shipped scene");

@@ -3,9 +3,11 @@
 use super::bench::Bench;
 use crate::config::SweepMode;
 use crate::devices::calibration_plan::calibration_requests;
-use crate::devices::emulation::{Emulation, EmulationOptions};
-use crate::geometry::RollPitchYaw;
-use crate::sweep::{Calibration, Estimate, Parameter, RawSweep, bare_beams, calibrate};
+use patrold_engine::geometry::RollPitchYaw;
+use patrold_engine::sweep::{
+    Calibration, Estimate, Parameter, RawSweep, calibrate, calibration_beams,
+};
+use patrold_sim::emulator::{Emulation, EmulationOptions};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -53,7 +55,7 @@ fn at_middle_pan(sweep: &RawSweep) -> RawSweep {
 /// The time offset in truth, seconds: what separates the tilt that clock and polls tell for a beam from the tilt that the
 /// head had when the mirror truly passed, over the tilt's speed.
 fn true_time_offset_s(emulation: &Emulation, sweeps: &[RawSweep], hidden: Hidden) -> f64 {
-    let beams = bare_beams(sweeps).expect("beams");
+    let beams = calibration_beams(sweeps).expect("beams");
     let legs: Vec<_> = sweeps
         .iter()
         .flat_map(|s| s.legs.iter().map(move |leg| (s, leg)))
@@ -66,7 +68,7 @@ fn true_time_offset_s(emulation: &Emulation, sweeps: &[RawSweep], hidden: Hidden
         let optics = &sweep.optics;
         // Data follow step 768 of the turn.
         let begun_by_s = leg.scans[beam.scan].arrived_s - 0.074;
-        let turns = &emulation.turns;
+        let turns = emulation.turns();
         let at = turns.partition_point(|(start, _)| start.as_secs_f64() <= begun_by_s);
         let (_, ahead_rad) = turns[at - 1];
         let shares = optics.turn_share(340) - optics.turn_share(beam.index);
@@ -149,6 +151,7 @@ fn found_in(
     poor: impl FnOnce(&Calibration),
 ) -> [(f64, f64); 5] {
     let mut bench = Bench::ready_in(options(seed, hidden), scene);
+    bench.emulation.record_turns();
     let sweeps = sweeps(&mut bench, true);
     let time_s = true_time_offset_s(&bench.emulation, &sweeps, hidden);
     let found =

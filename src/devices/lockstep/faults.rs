@@ -2,10 +2,10 @@
 
 use super::bench::Bench;
 use crate::config::SweepMode;
-use crate::devices::emulated_fault::EmulatedFault;
-use crate::devices::emulation::EmulationOptions;
 use crate::devices::error::DeviceError;
-use crate::sweep::RawSweep;
+use patrold_engine::sweep::RawSweep;
+use patrold_sim::emulator::EmulatedFault;
+use patrold_sim::emulator::EmulationOptions;
 use std::time::Duration;
 
 /// A sweep with this fault set so many seconds after its beginning (some 3 s before the tilt begins).
@@ -187,7 +187,7 @@ fn faster_than_the_base_speed_the_ramps_lie_outside() {
     let mut bench = Bench::ready(options);
     let request = Bench::request(SweepMode::Continuous);
     let raw = bench.sweep(&request, |_, _, _| {}).expect("a sweep");
-    let sweep = crate::sweep::assemble(&raw).expect("no stall");
+    let sweep = patrold_engine::sweep::assemble(&raw).expect("no stall");
     assert!(
         sweep.quality.position_residual_steps < 2.0,
         "{:?}",

@@ -2,9 +2,9 @@
 
 use super::bench::Bench;
 use crate::config::SweepMode;
-use crate::devices::emulation::EmulationOptions;
-use crate::sweep::{Sweep, assemble};
-use crate::world::NoiseOptions;
+use patrold_engine::sweep::{Sweep, assemble};
+use patrold_sim::emulator::EmulationOptions;
+use patrold_sim::world::NoiseOptions;
 use std::time::Duration;
 
 /// Distances of the points from the nearest wall of the room, metres, sorted; base frame of the middle at 0.4 m.

@@ -3,13 +3,13 @@
 
 use crate::devices::constants::{ABSENT_RETRY, BACKOFF, CANCEL_CHECK, CLOSE_LIMIT};
 use crate::devices::driver::{Driver, Output};
-use crate::devices::emulation::Emulation;
 use crate::devices::error::{Device, DeviceError, PortError};
 use crate::devices::head::{HeadCommand, HeadDriver};
 use crate::devices::laser::{LaserCommand, LaserDriver};
 use crate::devices::port::PortEvent;
 use crate::devices::port_name::PortName;
 use crate::devices::wires::{Told, Wires};
+use patrold_sim::emulator::Emulation;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;

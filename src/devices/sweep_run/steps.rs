@@ -6,7 +6,7 @@ use crate::devices::error::{Device, DeviceError};
 use crate::devices::head::HeadCommand;
 use crate::devices::laser::LaserCommand;
 use crate::devices::plan::TiltPlan;
-use crate::sweep::RawSweep;
+use patrold_engine::sweep::RawSweep;
 use ptu::{Axis, MoveWatch};
 use std::time::Duration;
 

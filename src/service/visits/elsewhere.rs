@@ -1,7 +1,7 @@
 //! A robot that stands elsewhere, is pushed in the middle of a sweep, or is passed by somebody: no alarm from it.
 
 use super::patrol::{Patrol, moved, taught, world};
-use crate::novelty::Verdict;
+use patrold_engine::novelty::Verdict;
 use std::time::Duration;
 
 fn patrol() -> Patrol {
@@ -104,7 +104,7 @@ fn another_waypoint_is_not_this_one() {
 #[test]
 fn somebody_who_walks_through_is_no_fault() {
     let text = |x_m: f64, y_m: f64| {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes");
+        let folder = patrold_test_support::workspace_root().join("config/scenes");
         let plain = std::fs::read_to_string(folder.join("storeroom.toml")).expect("shipped");
         format!(
             "{plain}\n[[person]]\nname = \"walker\"\nat = [{x_m}, {y_m}, 0.0]\nyaw_deg = 90\nheight_m = 1.78\n"
@@ -114,7 +114,7 @@ fn somebody_who_walks_through_is_no_fault() {
     // Across the view within two seconds, in steps of a tenth.
     for step in 0..20_u32 {
         let y_m = -1.2 + 0.12 * f64::from(step);
-        let scene = crate::world::Scene::parse(&text(1.2, y_m)).expect("a scene");
+        let scene = patrold_sim::world::Scene::parse(&text(1.2, y_m)).expect("a scene");
         let here = std::sync::Arc::new(scene.build(None).expect("builds"));
         let at = Duration::from_millis(7000 + 100 * u64::from(step));
         patrol.devices.later(at, move |e| e.set_world(here));

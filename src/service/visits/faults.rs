@@ -2,8 +2,8 @@
 //! afterwards.
 
 use super::patrol::{Patrol, taught};
-use crate::novelty::Verdict;
 use Ends::{Blind, RiddenOut};
+use patrold_engine::novelty::Verdict;
 use std::time::Duration;
 
 /// When a fault comes.

@@ -1,8 +1,8 @@
 //! Steps lost silently are seen from the scene: told, homed, swept again, and the second sweep gives the verdict.
 
 use super::patrol::{Patrol, settings, taught, world};
-use crate::devices::EmulationOptions;
-use crate::novelty::Verdict;
+use patrold_engine::novelty::Verdict;
+use patrold_sim::emulator::EmulationOptions;
 use std::ops::Range;
 
 fn patrol(seed: u64) -> Patrol {

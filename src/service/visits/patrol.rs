@@ -2,8 +2,7 @@
 
 use crate::config::Settings;
 use crate::devices::lockstep::wires::Devices;
-use crate::devices::{Cancel, EmulatedFault, Emulation, EmulationOptions, Station};
-use crate::novelty::Verdict;
+use crate::devices::{Cancel, Station};
 use crate::patrol::action::Action;
 use crate::patrol::event::{Event, Refusal, Request, Task};
 use crate::patrol::machine::{self, Machine};
@@ -12,11 +11,12 @@ use crate::service::judge::{Finding, Judged, ReadyReferences, judge};
 use crate::service::robot::{Away, Connect, Fault, Notes, Robot};
 use crate::service::station::StationConnect;
 use crate::store::StoredReference;
-use crate::sweep::RawSweep;
-use crate::world::{Scene, Stand, World};
 use nalgebra::Point3;
+use patrold_engine::novelty::Verdict;
+use patrold_engine::sweep::RawSweep;
+use patrold_sim::emulator::{EmulatedFault, Emulation, EmulationOptions};
+use patrold_sim::world::{Scene, Stand, World};
 use std::collections::VecDeque;
-use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -61,7 +61,7 @@ pub struct Patrol {
 }
 
 pub fn scene(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenes");
+    let folder = patrold_test_support::workspace_root().join("config/scenes");
     let load = |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
     Scene::resolve(name, &load).expect("a shipped scene")
 }

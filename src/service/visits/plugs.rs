@@ -1,7 +1,7 @@
 //! Seconds from a pulled plug to its notice, and from its return to work going on, in virtual time.
 
 use super::patrol::{Patrol, taught};
-use crate::novelty::Verdict;
+use patrold_engine::novelty::Verdict;
 use std::time::Duration;
 
 const TIMES: u32 = 20;

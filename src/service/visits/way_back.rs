@@ -1,7 +1,7 @@
 //! While a sweep is judged the head goes back to where it began, so that the next one does not wait for it.
 
 use super::patrol::{Patrol, taught};
-use crate::novelty::Verdict;
+use patrold_engine::novelty::Verdict;
 use std::time::Duration;
 
 #[test]

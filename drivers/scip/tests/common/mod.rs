@@ -4,27 +4,13 @@
 pub mod pair;
 pub mod streaming;
 
-use std::path::PathBuf;
-
 use scip::encoding::{encode, sum};
 use scip::{Action, Event, Instant, Sensor};
 
 /// A recording's bytes; `None`, with the reason printed, where the data is absent and not required.
 pub fn recording(name: &str) -> Option<Vec<u8>> {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
-    let root =
-        std::env::var_os("PATROLD_DATA").map_or_else(|| PathBuf::from(beside), PathBuf::from);
-    let path = root.join("recordings").join(name);
-    match std::fs::read(&path) {
-        Ok(bytes) => Some(bytes),
-        Err(error) => {
-            let required =
-                std::env::var_os("PATROLD_REQUIRE_DATA").is_some_and(|value| value == "1");
-            assert!(!required, "{}: {error}", path.display());
-            eprintln!("skipped: {}: {error}", path.display());
-            None
-        }
-    }
+    let path = patrold_test_support::data(&format!("recordings/{name}"))?;
+    Some(std::fs::read(path).expect("readable"))
 }
 
 /// Seeded numbers (splitmix64), the same on every machine.
