@@ -10,27 +10,22 @@ import sys
 
 
 def data_tests(root):
-    """Names of the tests that ask for recorded data, read from the sources: those that name the variable, or call a
-    function that does."""
-    function = re.compile(r"^\s*(?:pub )?fn (\w+)(.*?)(?=^\s*(?:#\[|///|(?:pub )?fn )|\Z)", re.M | re.S)
-    names, helpers, bodies = [], {"data"}, []
-    for path in sorted(root.rglob("*.rs")):
-        if "target" in path.parts:
-            continue
+    """Names of the tests that read recorded data: they call `patrold_test_support::data`, or a helper that does."""
+    function = re.compile(r"(#\[test\]\s+(?:#\[.*\]\s+)*)?(?:pub(?:\(\w+\))? )?fn (\w+)")
+    tests, helpers = [], {"data"}
+    for path in root.rglob("*.rs"):
         text = path.read_text(encoding="utf-8")
-        for found in function.finditer(text):
-            is_test = re.search(r"#\[test\]\s*$", text[: found.start()]) is not None
-            asks = "PATROLD_DATA" in found[2]
-            if is_test:
-                bodies.append((found[1], asks, found[2], path))
-            elif asks:
-                helpers.add(found[1])
-    calls = re.compile(r"\b(?:" + "|".join(sorted(helpers)) + r")\(")
-    near = re.compile(r"PATROLD_DATA|^mod common;|common::", re.M)
-    for name, asks, body, path in bodies:
-        if asks or (calls.search(body) and near.search(path.read_text(encoding="utf-8"))):
-            names.append(name)
-    return names
+        if "target" in path.parts or "fn data(" in text:
+            continue
+        heads = list(function.finditer(text))
+        for head, end in zip(heads, [h.start() for h in heads[1:]] + [len(text)]):
+            body = text[head.end() : end]
+            if head[1]:
+                tests.append((head[2], body))
+            elif "patrold_test_support" in text and re.search(r"\bdata\(", body):
+                helpers.add(head[2])
+    calls = re.compile(r"\b(?:" + "|".join(helpers) + r")\(")
+    return sorted(name for name, body in tests if calls.search(body))
 
 
 def main():

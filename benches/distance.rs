@@ -1,9 +1,9 @@
-//! How the ground distances and the exact transport grow with components, on one thread and two; and the
-//! transport on the peers' inputs (folder `PEERS_DATA`), to hold beside their figures.
+//! Times of ground distances and exact transport by number of components, on one thread and two; and of the transport on
+//! inputs of other libraries' benchmarks (folder `PEERS_DATA`), for comparison.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Point3};
-use patrold_engine::distance::{Ground, cost_matrix, emd_of_costs};
+use patrold_engine::distance::{GroundDistance, cost_matrix, emd_of_costs};
 use patrold_engine::mixture::{Gaussian, Mixture, MixtureRecord};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -36,9 +36,9 @@ fn distance(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group("ground");
         group.sample_size(10);
         for (name, ground) in [
-            ("w2", Ground::W2),
-            ("euclid", Ground::Euclid),
-            ("fm", Ground::Fm),
+            ("w2", GroundDistance::W2),
+            ("euclid", GroundDistance::Euclid),
+            ("fm", GroundDistance::Fm),
         ] {
             for threads in [1, 2] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -52,7 +52,7 @@ fn distance(criterion: &mut Criterion) {
         group.finish();
         let mut group = criterion.benchmark_group("transport");
         group.sample_size(10);
-        let costs = cost_matrix(&a, &b, Ground::W2);
+        let costs = cost_matrix(&a, &b, GroundDistance::W2);
         group.bench_function(BenchmarkId::from_parameter(k), |bench| {
             bench.iter(|| emd_of_costs(&a.weights, &b.weights, &costs));
         });
@@ -75,7 +75,7 @@ fn peers(criterion: &mut Criterion) {
             eprintln!("n = {n} is left out: not in {}", folder.display());
             continue;
         };
-        let costs = cost_matrix(&a, &b, Ground::W2);
+        let costs = cost_matrix(&a, &b, GroundDistance::W2);
         group.bench_function(BenchmarkId::from_parameter(n), |bench| {
             bench.iter(|| emd_of_costs(&a.weights, &b.weights, &costs));
         });

@@ -1,13 +1,13 @@
-//! How EM and splitting grow with points and components, on one thread and two; and EM on the peers' inputs
-//! (folder `PEERS_DATA`), to hold beside their figures.
+//! Times of EM and splitting by number of points and components, on one thread and two; and of EM on inputs of other
+//! libraries' benchmarks (folder `PEERS_DATA`), for comparison.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Point3, Vector3};
 use patrold_engine::formats::read_cloud;
-use patrold_engine::geometry::thin;
+use patrold_engine::geometry::voxel_downsample;
 use patrold_engine::mixture::{
-    Components, EmSettings, FitSettings, Gaussian, Instructions, Mixture, MixtureRecord,
-    SplitSettings, em, fit, seed, split_until_flat,
+    ComponentSelection, EmSettings, FitSettings, Gaussian, InstructionSet, Mixture, MixtureRecord,
+    SplitSettings, em, fit, kmeans, split_until_flat,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 const SIZES: [usize; 3] = [20_000, 82_000, 300_000];
 
-fn exactly(iterations: usize, threads: usize) -> EmSettings {
+fn exact_iterations(iterations: usize, threads: usize) -> EmSettings {
     EmSettings {
         iterations,
         tolerance: 0.0,
@@ -25,7 +25,7 @@ fn exactly(iterations: usize, threads: usize) -> EmSettings {
 }
 
 /// `n` points around `k` centres in a box of 6 m, and a start at the centres.
-fn heaps(n: usize, k: usize) -> (Vec<Point3<f64>>, Mixture) {
+fn clusters(n: usize, k: usize) -> (Vec<Point3<f64>>, Mixture) {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut uniform = |scale: f64| Vector3::from_fn(|_, _| (rng.random::<f64>() - 0.5) * scale);
     let centres: Vec<Point3<f64>> = (0..k).map(|_| Point3::from(uniform(6.0))).collect();
@@ -64,22 +64,27 @@ fn ascent(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("em_ten_iterations");
     group.sample_size(10);
     for (n, k) in SIZES.map(|n| (n, 30)).into_iter().chain([(82_000, 120)]) {
-        let (points, start) = heaps(n, k);
+        let (points, start) = clusters(n, k);
         group.throughput(Throughput::Elements((n * k * 10) as u64));
         for threads in [1, 2] {
             group.bench_function(
                 BenchmarkId::new(format!("threads{threads}"), format!("n{n}_k{k}")),
                 |b| {
-                    b.iter(|| em::run(&points, None, start.clone(), &exactly(10, threads)));
+                    b.iter(|| {
+                        em::run(&points, None, start.clone(), &exact_iterations(10, threads))
+                    });
                 },
             );
         }
     }
-    let (points, start) = heaps(82_000, 30);
-    for instructions in Instructions::ALL.into_iter().filter(|set| set.available()) {
+    let (points, start) = clusters(82_000, 30);
+    for instructions in InstructionSet::ALL
+        .into_iter()
+        .filter(|set| set.available())
+    {
         let settings = EmSettings {
             instructions,
-            ..exactly(10, 1)
+            ..exact_iterations(10, 1)
         };
         group.bench_function(BenchmarkId::new(instructions.name(), "n82000_k30"), |b| {
             b.iter(|| em::run(&points, None, start.clone(), &settings));
@@ -88,28 +93,28 @@ fn ascent(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Arranging the points and one pass, the start of k-means++, and the search for a number of components.
+/// Arranging the points with one pass, k-means++, and the choice of the number of components.
 fn stages(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("fit_stages");
     group.sample_size(10);
     for n in SIZES {
-        let (points, start) = heaps(n, 30);
+        let (points, start) = clusters(n, 30);
         for threads in [1, 2] {
             group.bench_function(
                 BenchmarkId::new(format!("one_pass_threads{threads}"), n),
                 |b| {
-                    b.iter(|| em::run(&points, None, start.clone(), &exactly(0, threads)));
+                    b.iter(|| em::run(&points, None, start.clone(), &exact_iterations(0, threads)));
                 },
             );
         }
         group.bench_function(BenchmarkId::new("k_means", n), |b| {
-            b.iter(|| seed::k_means_start(&points, None, 30, 7, 0));
+            b.iter(|| kmeans::k_means_start(&points, None, 30, 7, 0));
         });
     }
-    let (points, _) = heaps(20_000, 8);
+    let (points, _) = clusters(20_000, 8);
     for (name, components) in [
-        ("bic", Components::Bic { max: 12 }),
-        ("mml", Components::Mml { max: 12 }),
+        ("bic", ComponentSelection::Bic { max: 12 }),
+        ("mml", ComponentSelection::Mml { max: 12 }),
     ] {
         let settings = FitSettings {
             components,
@@ -129,7 +134,7 @@ fn split(criterion: &mut Criterion) {
         let points = room(n);
         group.bench_function(BenchmarkId::from_parameter(n), |b| {
             b.iter(|| {
-                let thinned = thin(&points, 0.06);
+                let thinned = voxel_downsample(&points, 0.06);
                 split_until_flat(&thinned.points, None, &SplitSettings::default())
             });
         });
@@ -137,8 +142,8 @@ fn split(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A cloud and a start of the peers; `None` where they are not at hand.
-fn of_peers(folder: &Path, n: usize, k: usize) -> Option<(Vec<Point3<f64>>, Mixture)> {
+/// A cloud and a start from `PEERS_DATA`; `None` if missing.
+fn peer_input(folder: &Path, n: usize, k: usize) -> Option<(Vec<Point3<f64>>, Mixture)> {
     let bytes = std::fs::read(folder.join(format!("room_a_{n}.ply"))).ok()?;
     let start = std::fs::read_to_string(folder.join(format!("init_{n}_{k}.json"))).ok()?;
     let points = read_cloud(&bytes, Some("ply")).ok()?.points;
@@ -159,7 +164,7 @@ fn peers(criterion: &mut Criterion) {
         (100_000, 100),
         (500_000, 30),
     ] {
-        let Some((points, start)) = of_peers(&folder, n, k) else {
+        let Some((points, start)) = peer_input(&folder, n, k) else {
             eprintln!("n = {n}, k = {k} is left out: not in {}", folder.display());
             continue;
         };
@@ -167,7 +172,9 @@ fn peers(criterion: &mut Criterion) {
             group.bench_function(
                 BenchmarkId::new(format!("threads{threads}"), format!("n{n}_k{k}")),
                 |b| {
-                    b.iter(|| em::run(&points, None, start.clone(), &exactly(12, threads)));
+                    b.iter(|| {
+                        em::run(&points, None, start.clone(), &exact_iterations(12, threads))
+                    });
                 },
             );
         }

@@ -1,19 +1,18 @@
-//! How method A grows with points: on clouds like the peers' (one thing or three among 30 % outliers, normals 5 deg
-//! wrong), with the normals given and estimated, and on the peers' own files (folder `PEERS_DATA`); and the shape of
-//! one novelty by both methods.
+//! Time of method A by number of points: on one primitive or three among 30 % outliers, normals 5 deg wrong, with the
+//! normals given and estimated, and on the inputs of other libraries' benchmarks (folder `PEERS_DATA`); and of the shape of one novelty by both methods.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Point3, Vector3};
 use patrold_engine::mixture::{Gaussian, Mixture};
-use patrold_engine::novelty::Rim;
+use patrold_engine::novelty::Surroundings;
 use patrold_engine::shape::ransac::{RansacSettings, detect, estimate_normals, surface_samples};
-use patrold_engine::shape::{ShapeSettings, primitives, retrieve};
+use patrold_engine::shape::{ShapeSettings, detect_shapes, retrieve};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, UnitSphere};
 use std::path::PathBuf;
 
-type Oriented = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
+type OrientedCloud = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
 
 const EPSILON_M: f64 = 0.03;
 
@@ -22,8 +21,8 @@ fn gaussian(sigma: f64, rng: &mut ChaCha8Rng) -> Vector3<f64> {
     Vector3::from(n) * sigma
 }
 
-/// `n` points: 70 % on a ball (0), a bar (1) and a plate (2), whichever `things` names.
-fn cloud(things: &[usize], n: usize, seed: u64) -> Oriented {
+/// `n` points: 70 % on those of sphere (0), cylinder (1) and plate (2) that `primitives` lists, the rest outliers.
+fn cloud(primitives: &[usize], n: usize, seed: u64) -> OrientedCloud {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let own = n * 7 / 10;
     let mut out: Vec<(Point3<f64>, Vector3<f64>)> = Vec::with_capacity(n);
@@ -32,7 +31,7 @@ fn cloud(things: &[usize], n: usize, seed: u64) -> Oriented {
         let u = Vector3::from(u);
         let (a, b) = (rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0));
         let round = Vector3::new(u.x, u.y, 0.0).normalize();
-        let (p, normal) = match things[i % things.len()] {
+        let (p, normal) = match primitives[i % primitives.len()] {
             0 => (Point3::new(3.0, 0.4, 0.2) + u * 0.5, u),
             1 => (Point3::new(3.0, -1.0, a) + round * 0.3, round),
             _ => (Point3::new(3.5, 1.5 + a, b), Vector3::x()),
@@ -48,8 +47,8 @@ fn cloud(things: &[usize], n: usize, seed: u64) -> Oriented {
     out.into_iter().unzip()
 }
 
-/// A file of the peers: x y z nx ny nz as little-endian f32, one byte of label.
-fn peers(name: &str) -> Option<Oriented> {
+/// Points and normals of a PLY file: x y z nx ny nz as little-endian f32, one byte of label.
+fn cloud_from_file(name: &str) -> Option<OrientedCloud> {
     let folder = PathBuf::from(std::env::var_os("PEERS_DATA")?);
     let bytes = std::fs::read(folder.join(name)).ok()?;
     let head = b"end_header\n";
@@ -69,39 +68,40 @@ fn peers(name: &str) -> Option<Oriented> {
 
 fn settings(points: usize) -> ShapeSettings {
     ShapeSettings {
-        ransac: Some(RansacSettings::derived(points, EPSILON_M, usize::MAX)),
+        ransac: Some(RansacSettings::with_defaults(points, EPSILON_M, usize::MAX)),
         ..ShapeSettings::default()
     }
 }
 
-fn raw_points(criterion: &mut Criterion) {
+fn many_primitives(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("primitives");
     group.sample_size(20);
     let mut clouds = Vec::new();
     for n in [1000, 10_000, 100_000] {
-        for (name, things) in [
-            ("ball", &[0][..]),
-            ("bar", &[1]),
+        for (name, primitives) in [
+            ("sphere", &[0][..]),
+            ("cylinder", &[1]),
             ("plate", &[2]),
             ("all", &[0, 1, 2]),
         ] {
-            clouds.push((format!("{name}/{n}"), cloud(things, n, 1)));
+            clouds.push((format!("{name}/{n}"), cloud(primitives, n, 1)));
         }
     }
     for kind in ["sphere", "cylinder", "plane", "mixed"] {
         let name = format!("shape_{kind}_100000.ply");
-        clouds.extend(peers(&name).map(|cloud| (format!("peers/{kind}"), cloud)));
+        clouds.extend(cloud_from_file(&name).map(|cloud| (format!("file/{kind}"), cloud)));
     }
     for (name, (points, normals)) in &clouds {
         let settings = settings(points.len());
         group.throughput(Throughput::Elements(points.len() as u64));
         group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
-            bencher.iter(|| primitives(points, Some(normals), &Point3::origin(), &settings, 7));
+            bencher.iter(|| detect_shapes(points, Some(normals), &Point3::origin(), &settings, 7));
         });
     }
     let (points, _) = cloud(&[0, 1, 2], 10_000, 1);
     group.bench_function("normals estimated/all/10000", |bencher| {
-        bencher.iter(|| primitives(&points, None, &Point3::origin(), &settings(points.len()), 7));
+        bencher
+            .iter(|| detect_shapes(&points, None, &Point3::origin(), &settings(points.len()), 7));
     });
     group.finish();
 }
@@ -117,8 +117,17 @@ fn one_novelty(criterion: &mut Criterion) {
         });
         group.bench_function(BenchmarkId::new("both methods", n), |bencher| {
             let settings = ShapeSettings::default();
-            let rim = Rim::default();
-            bencher.iter(|| retrieve(points, &rim, &Mixture::default(), &origin, &settings, 1));
+            let surroundings = Surroundings::default();
+            bencher.iter(|| {
+                retrieve(
+                    points,
+                    &surroundings,
+                    &Mixture::default(),
+                    &origin,
+                    &settings,
+                    1,
+                )
+            });
         });
     }
     let round = Mixture {
@@ -135,11 +144,11 @@ fn one_novelty(criterion: &mut Criterion) {
     });
     let (points, normals) = surface_samples(&round, 3722, 1.0, 3);
     group.bench_function("primitives of the samples/3722", |bencher| {
-        let settings = RansacSettings::derived(points.len(), EPSILON_M, 2);
+        let settings = RansacSettings::with_defaults(points.len(), EPSILON_M, 2);
         bencher.iter(|| detect(&points, &normals, &settings, 3));
     });
     group.finish();
 }
 
-criterion_group!(benches, raw_points, one_novelty);
+criterion_group!(benches, many_primitives, one_novelty);
 criterion_main!(benches);

@@ -1,35 +1,35 @@
-//! How long a revisit takes to be judged, stage by stage, and how that grows with the sweep: 20, 82 and 300 thousand
-//! beams, one thread and two. The place is a shipped scene with a person in it, swept as the sensor would.
+//! Time of a verdict by stage and by size of the sweep: 20, 82 and 300 thousand beams, one thread and two, on simulated
+//! sweeps of a shipped scene with a person in it.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use patrold_engine::geometry::View;
 use patrold_engine::inspect::{EngineSettings, inspect, prepare};
-use patrold_engine::novelty::{Prepared, detect};
+use patrold_engine::novelty::{PreparedView, detect};
 use patrold_sim::world::{
-    MountGeometry, NoiseOptions, Robot, Scene, Stand, SweepRows, sample_view,
+    MountGeometry, NoiseOptions, Pose2d, Scene, SimulatedRobot, SweepRows, simulate_sweep,
 };
 use std::time::Duration;
 
 /// Lines of a sweep; each has 683 beams.
 const LINES: [usize; 3] = [30, 120, 440];
 
-fn swept(name: &str, lines: usize, seed: u64, shift_m: f64) -> View {
+fn simulated_view(name: &str, lines: usize, seed: u64, shift_m: f64) -> View {
     let folder = patrold_test_support::workspace_root().join("config/scenes");
     let load = |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
     let scene = Scene::resolve(name, &load).expect("a shipped scene");
-    let world = scene.build(None).expect("builds");
-    let mut robot = Robot {
-        pose: scene.map_from_base,
+    let world = scene.build(None).expect("no cloud in it");
+    let mut robot = SimulatedRobot {
+        map_from_base: scene.map_from_base,
         mount: MountGeometry::default(),
     };
-    let at = &scene.map_from_base;
-    robot.drive_to(Stand {
-        x_m: at.translation.x + shift_m,
-        y_m: at.translation.y,
-        yaw_rad: at.rotation.euler_angles().2 + shift_m,
+    let waypoint = &scene.map_from_base;
+    robot.drive_to(Pose2d {
+        x_m: waypoint.translation.x + shift_m,
+        y_m: waypoint.translation.y,
+        yaw_rad: waypoint.rotation.euler_angles().2 + shift_m,
     });
     let rows = SweepRows::evenly(-35.0, 25.0, lines).starting_at(Duration::from_secs(seed));
-    sample_view(&world, &robot, &rows, &NoiseOptions::seeded(seed)).view
+    simulate_sweep(&world, &robot, &rows, &NoiseOptions::seeded(seed)).view
 }
 
 fn verdict(criterion: &mut Criterion) {
@@ -40,12 +40,12 @@ fn verdict(criterion: &mut Criterion) {
             .build()
             .expect("a pool");
         for lines in LINES {
-            let reference = swept("corridor.toml", lines, 1, 0.0);
-            let current = swept("corridor-person.toml", lines, 2, 0.03);
+            let reference = simulated_view("corridor.toml", lines, 1, 0.0);
+            let current = simulated_view("corridor-person.toml", lines, 2, 0.03);
             let beams = (lines * 683) as u64;
-            let stored = pool
+            let prepared = pool
                 .install(|| prepare(&reference, &settings, 7))
-                .expect("ready");
+                .expect("enough points");
             let mut group = criterion.benchmark_group(format!("threads_{threads}"));
             group
                 .sample_size(20)
@@ -55,16 +55,18 @@ fn verdict(criterion: &mut Criterion) {
             });
             group.bench_function(BenchmarkId::new("fit", beams), |b| {
                 b.iter(|| {
-                    pool.install(|| Prepared::of(&current, "current", &settings.novelty.evidence))
+                    pool.install(|| {
+                        PreparedView::new(&current, "current", &settings.novelty.evidence)
+                    })
                 });
             });
             group.bench_function(BenchmarkId::new("without_shapes", beams), |b| {
                 b.iter(|| {
-                    pool.install(|| detect(&stored, &current, &settings.novelty, 7, &mut |_| {}))
+                    pool.install(|| detect(&prepared, &current, &settings.novelty, 7, &mut |_| {}))
                 });
             });
             group.bench_function(BenchmarkId::new("verdict", beams), |b| {
-                b.iter(|| pool.install(|| inspect(&stored, &current, &settings, 7, &mut |_| {})));
+                b.iter(|| pool.install(|| inspect(&prepared, &current, &settings, 7, &mut |_| {})));
             });
         }
     }

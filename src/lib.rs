@@ -1,7 +1,8 @@
-//! patrold guards a building from a patrol robot.
+//! The service `patrold`, which guards a building from a patrol robot, and its command line.
 //!
-//! The mathematics is in `patrold_engine`, the simulated building in `patrold_sim`. A module may use the modules listed
-//! above it and never those below (`tests/layering.rs` keeps this).
+//! The modules below are listed in the order of the pipeline; a module may use those above it, never those below
+//! (`tests/layering.rs` checks it). The engine, the simulation and the drivers are crates of their own; ARCHITECTURE.md has
+//! the map.
 
 pub mod alarm;
 pub mod patrol;

@@ -1,4 +1,4 @@
-//! The `patrold` program: parse, run, exit code.
+//! The program `patrold`.
 
 use clap::Parser;
 use std::process::ExitCode;

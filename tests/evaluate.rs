@@ -1,80 +1,92 @@
-//! The simulated pairs behind `evaluate`: their truth is true, and the same seed gives the same pair.
+//! The simulated pairs of `evaluate`: their truth is right, and the same seed gives the same pair.
 
 use nalgebra::{Point3, Vector3};
 use patrold_engine::geometry::View;
+use patrold_engine::inspect::EngineSettings;
 use patrold_engine::novelty::Verdict;
-use patrold_lab::evaluate::{Change, Engine, Given, Label, Pair, Planned, Set, judge};
+use patrold_lab::evaluate::{
+    ChangeClass, EngineInput, PairPlan, PairSet, PointLabel, SimulatedPair, run_engine,
+};
 
 const SEED: u64 = 11;
 
-fn taken(change: Change, number: usize, set: Set) -> Pair {
-    Pair::take(&Planned::new(change, number, set), SEED).expect("a scene")
+fn simulate(change: ChangeClass, number: usize, set: PairSet) -> SimulatedPair {
+    SimulatedPair::simulate(&PairPlan::new(change, number, set), SEED).expect("a scene")
 }
 
-fn count(pair: &Pair, side: usize, label: Label) -> usize {
+fn count(pair: &SimulatedPair, side: usize, label: PointLabel) -> usize {
     pair.labels[side].iter().filter(|l| **l == label).count()
 }
 
-fn views(pair: &Pair) -> [&View; 2] {
+fn views(pair: &SimulatedPair) -> [&View; 2] {
     [&pair.sweeps[0].view, &pair.sweeps[1].view]
 }
 
 #[test]
-fn the_same_seed_gives_the_same_pair_and_another_another() {
-    let planned = Planned::new(Change::Moved, 3, Set::Tuned);
-    let [a, b] = [SEED, SEED].map(|seed| Pair::take(&planned, seed).expect("a scene"));
+fn the_seed_determines_the_pair() {
+    let plan = PairPlan::new(ChangeClass::Moved, 3, PairSet::Tuned);
+    let [a, b] = [SEED, SEED].map(|seed| SimulatedPair::simulate(&plan, seed).expect("a scene"));
     assert_eq!(views(&a), views(&b));
     assert_eq!(a.labels, b.labels);
-    let c = Pair::take(&planned, SEED + 1).expect("a scene");
+    let c = SimulatedPair::simulate(&plan, SEED + 1).expect("a scene");
     assert_ne!(views(&a), views(&c));
 }
 
 #[test]
 fn labels_are_on_the_side_where_the_change_is() {
     for number in 0..3 {
-        let quiet = taken(Change::Quiet, number, Set::Tuned);
-        assert!(quiet.labels.iter().flatten().all(|l| *l == Label::Other));
+        let quiet = simulate(ChangeClass::Quiet, number, PairSet::Tuned);
+        assert!(
+            quiet
+                .labels
+                .iter()
+                .flatten()
+                .all(|l| *l == PointLabel::Unchanged)
+        );
         for (change, sides) in [
-            (Change::Person, [false, true]),
-            (Change::Pillar, [false, true]),
-            (Change::Removed, [true, false]),
-            (Change::Moved, [true, true]),
+            (ChangeClass::Person, [false, true]),
+            (ChangeClass::Pillar, [false, true]),
+            (ChangeClass::Removed, [true, false]),
+            (ChangeClass::Moved, [true, true]),
         ] {
-            let pair = taken(change, number, Set::Tuned);
+            let pair = simulate(change, number, PairSet::Tuned);
             for (side, changed) in sides.into_iter().enumerate() {
-                let told = format!("{change:?} {number}, {}, side {side}", pair.told);
+                let name = format!(
+                    "{change:?} {number}, {}, side {side}",
+                    pair.change_description
+                );
                 assert_eq!(
                     pair.labels[side].len(),
                     views(&pair)[side].points.len(),
-                    "{told}"
+                    "{name}"
                 );
-                let passed = count(&pair, side, Label::Seen) + count(&pair, side, Label::Beyond);
-                assert_eq!(passed > 10, changed, "{told}");
+                let changed_points =
+                    count(&pair, side, PointLabel::Seen) + count(&pair, side, PointLabel::Beyond);
+                assert_eq!(changed_points > 10, changed, "{name}");
             }
         }
     }
 }
 
 #[test]
-fn a_ball_is_where_it_is_promised_and_of_its_size() {
+fn a_ball_has_the_planned_distance_and_size() {
     for (change, diameter_m, distance_m) in [
-        (Change::Ball30, 0.3, 3.0),
-        (Change::Ball20, 0.2, 2.5),
-        (Change::Ball10, 0.1, 1.0),
+        (ChangeClass::Ball30, 0.3, 3.0),
+        (ChangeClass::Ball20, 0.2, 2.5),
+        (ChangeClass::Ball10, 0.1, 1.0),
     ] {
         for number in 0..3 {
-            let pair = taken(change, number, Set::HeldOutPlaces);
+            let pair = simulate(change, number, PairSet::HeldOutPlaces);
             let view = views(&pair)[1];
             let own: Vec<&Point3<f64>> = view
                 .points
                 .iter()
                 .zip(&pair.labels[1])
-                .filter(|(_, l)| **l == Label::Seen)
+                .filter(|(_, l)| **l == PointLabel::Seen)
                 .map(|(p, _)| p)
                 .collect();
             assert!(own.len() > 10, "{change:?} {number}: {} points", own.len());
-            // Half of a ball's visible side lies within 2/3 of its radius before its middle; the robot stands up to
-            // 10 cm off.
+            // Half of a ball's visible side is nearer than 2/3 of the radius before its centre. The pose error is up to 10 cm.
             let mut ranges: Vec<f64> = own.iter().map(|p| (*p - view.origin).norm()).collect();
             ranges.sort_by(f64::total_cmp);
             let median = ranges[ranges.len() / 2];
@@ -99,21 +111,25 @@ fn a_ball_is_where_it_is_promised_and_of_its_size() {
 }
 
 #[test]
-fn the_true_pose_carries_the_reference_onto_the_revisit() {
-    for (number, set) in [(2, Set::Tuned), (3, Set::Tuned), (1, Set::HeldOutSensor)] {
-        let pair = taken(Change::Quiet, number, set);
-        let [then, now] = views(&pair);
-        let carried = then
+fn the_true_pose_maps_the_reference_onto_the_revisit() {
+    for (number, set) in [
+        (2, PairSet::Tuned),
+        (3, PairSet::Tuned),
+        (1, PairSet::HeldOutSensor),
+    ] {
+        let pair = simulate(ChangeClass::Quiet, number, set);
+        let [reference, current] = views(&pair);
+        let mapped = reference
             .points
             .iter()
             .step_by(211)
             .map(|p| pair.current_from_reference * p);
         let (mut near, mut all) = (0, 0);
-        for place in carried {
-            let nearest = now
+        for point in mapped {
+            let nearest = current
                 .points
                 .iter()
-                .map(|p| (p - place).norm_squared())
+                .map(|p| (p - point).norm_squared())
                 .fold(f64::INFINITY, f64::min);
             all += 1;
             near += usize::from(nearest.sqrt() < 0.1);
@@ -123,17 +139,18 @@ fn the_true_pose_carries_the_reference_onto_the_revisit() {
 }
 
 #[test]
-fn a_pose_does_not_walk_along_what_the_corridor_leaves_open() {
-    // In the coarse stages the pose walks 16 cm along this corridor; left there, a post seems to have gone.
-    let planned = Planned::named("quiet-25").expect("a name of the plan");
-    let pair = Pair::take(&planned, 5).expect("a scene");
-    let settings = Engine::Standard.settings();
-    for given in [Given::Bare, Given::Sweep] {
-        let judged = judge(&pair, given, &settings, &|| 0.0).expect("enough points");
-        let found = judged.detection;
+fn the_pose_stays_put_along_the_unobservable_direction_of_a_corridor() {
+    // The coarse stages of the registration move 16 cm along this corridor; a post then seems to have disappeared.
+    let plan = PairPlan::from_name("quiet-25").expect("a name of the plan");
+    let pair = SimulatedPair::simulate(&plan, 5).expect("a scene");
+    let settings = EngineSettings::standard().novelty;
+    for input in [EngineInput::Bare, EngineInput::Sweep] {
+        let found = run_engine(&pair, input, &settings, &|| 0.0)
+            .expect("enough points")
+            .answer;
         assert_eq!(found.registration.unobservable.len(), 1);
-        let told_m = found.registration.current_from_reference.translation.vector;
-        assert!(told_m.norm() < 0.1, "{told_m} m");
+        let correction_m = found.registration.current_from_reference.translation.vector;
+        assert!(correction_m.norm() < 0.1, "{correction_m} m");
         assert_eq!(found.verdict, Verdict::Quiet, "{}", found.reason);
     }
 }

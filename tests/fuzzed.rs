@@ -1,18 +1,18 @@
-//! The fuzz bodies from seeds, the same on every machine: seeds as they are, then changed at random. Long runs are
-//! cargo-fuzz's (`fuzz/`).
+//! Runs the fuzz bodies on their seeds, mutated seeds and random bytes, the same on every machine. Long runs are done by
+//! cargo-fuzz (`fuzz/`).
 
 #[path = "../fuzz/bodies/mod.rs"]
 mod bodies;
 
 use bodies::ALL;
 
-/// Executions of each body: all ten together take some seconds.
+/// Of each body; all together take some seconds.
 const EXECUTIONS: usize = 2_000;
 
-/// Numbers of a seed (SplitMix64).
-struct Dice(u64);
+/// SplitMix64.
+struct FuzzRng(u64);
 
-impl Dice {
+impl FuzzRng {
     fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -25,8 +25,8 @@ impl Dice {
         (self.next() % bound.max(1) as u64) as usize
     }
 
-    /// Bytes flipped, replaced, dropped, doubled, cut, joined with another seed's.
-    fn change(&mut self, mut bytes: Vec<u8>, other: &[u8]) -> Vec<u8> {
+    /// Flips, replaces, removes, inserts or repeats bytes, truncates, or appends bytes of `other`.
+    fn mutate(&mut self, mut bytes: Vec<u8>, other: &[u8]) -> Vec<u8> {
         for _ in 0..=self.below(6) {
             let at = self.below(bytes.len());
             match self.below(8) {
@@ -35,8 +35,8 @@ impl Dice {
                 2 if !bytes.is_empty() => drop(bytes.remove(at)),
                 3 => bytes.insert(at, self.next() as u8),
                 4 => {
-                    let piece = bytes[at..(at + self.below(40)).min(bytes.len())].to_vec();
-                    bytes.splice(at..at, piece);
+                    let chunk = bytes[at..(at + self.below(40)).min(bytes.len())].to_vec();
+                    bytes.splice(at..at, chunk);
                 }
                 5 => {
                     if let Some(byte) = bytes.get_mut(at) {
@@ -64,14 +64,14 @@ fn fuzz(name: &str) {
     for seed in &seeds {
         run(seed);
     }
-    let mut dice = Dice(0x5EED);
+    let mut random = FuzzRng(0x5EED);
     for _ in 0..EXECUTIONS {
-        let (one, other) = (dice.below(seeds.len()), dice.below(seeds.len()));
-        let bytes = dice.change(seeds[one].clone(), &seeds[other]);
+        let (one, other) = (random.below(seeds.len()), random.below(seeds.len()));
+        let bytes = random.mutate(seeds[one].clone(), &seeds[other]);
         run(&bytes);
     }
     for length in 0..200 {
-        let bytes: Vec<u8> = (0..length * 5).map(|_| dice.next() as u8).collect();
+        let bytes: Vec<u8> = (0..length * 5).map(|_| random.next() as u8).collect();
         run(&bytes);
     }
     eprintln!("{name}: {} executions", seeds.len() + EXECUTIONS + 200);
@@ -89,19 +89,19 @@ macro_rules! fuzzed {
 fuzzed!(
     scip_driver,
     scip_line,
-    scip_twin,
+    scip_emulator,
     ptu_driver,
     ptu_line,
-    ptu_twin,
+    ptu_emulator,
     config,
     clouds,
     blobs,
     texts
 );
 
-/// The watch on sums would be none if no scan ever came.
+/// Without scans the check of their sums would be empty.
 #[test]
-fn scans_come_through_and_are_watched() {
+fn scans_are_received_and_checked() {
     use bodies::{scip_driver, scip_line};
     let scans: usize = scip_driver::seeds()
         .iter()
@@ -114,11 +114,11 @@ fn scans_come_through_and_are_watched() {
     }
 }
 
-fn one_range() -> scip::RawScan {
-    scip::RawScan {
+fn one_range() -> scip::LaserScan {
+    scip::LaserScan {
         first_step: 44,
         cluster: 1,
-        coding: scip::Coding::ThreeCharacter,
+        coding: scip::ValueCoding::ThreeCharacter,
         ranges: vec![1234],
         intensities: Vec::new(),
         stamp_ms: 5,
@@ -128,26 +128,26 @@ fn one_range() -> scip::RawScan {
 
 #[test]
 #[should_panic(expected = "no intact message holds")]
-fn a_scan_out_of_nothing_is_seen() {
-    bodies::scip_sums::Heard::default().must_hold(&one_range());
+fn a_scan_without_a_message_is_detected() {
+    bodies::scip_sums::ReceivedBytes::default().assert_contains(&one_range());
 }
 
-/// The watch reads numbers by itself: a line with more characters than a number has is none.
+/// A line with more characters than a stamp has is none.
 #[test]
 #[should_panic(expected = "no intact message holds")]
-fn a_scan_with_an_endless_stamp_is_seen() {
-    let mut heard = bodies::scip_sums::Heard::default();
-    heard.add(b"MD0044004501000\n99b\nooooooooh\n0C2U\n\n");
-    heard.must_hold(&one_range());
+fn a_scan_with_an_overlong_stamp_is_detected() {
+    let mut received = bodies::scip_sums::ReceivedBytes::default();
+    received.add(b"MD0044004501000\n99b\nooooooooh\n0C2U\n\n");
+    received.assert_contains(&one_range());
 }
 
 #[test]
-fn no_body_is_forgotten() {
+fn every_body_has_a_test() {
     assert_eq!(ALL.len(), 10);
 }
 
 #[test]
-#[ignore = "writes fuzz/corpus, from which cargo-fuzz begins"]
+#[ignore = "writes fuzz/corpus for cargo-fuzz"]
 fn seeds_for_cargo_fuzz() {
     let corpus = patrold_test_support::workspace_root().join("fuzz/corpus");
     for (name, _, seeds) in ALL {

@@ -1,32 +1,28 @@
-//! Where the gates of the engine stand against what quiet places offer them: the table that this prints (`--nocapture`)
-//! is where the comments of the constants come from.
-#![allow(
-    clippy::print_stdout,
-    reason = "the table that it prints is its report"
-)]
+//! How far quiet pairs stay below the gates of the engine. It prints (`--nocapture`) the table that the comments of the
+//! constants cite.
+#![allow(clippy::print_stdout, reason = "it prints a table")]
 
 use patrold_engine::geometry::{NoiseLaw, Pose, View};
 use patrold_engine::novelty::{
-    Detection, Evidence, Kind, Prepared, Reference, SegmentSettings, Settings, Sight, Thing,
-    Verdict, VerdictSettings, detect, measure,
+    Detection, Evidence, NoveltyKind, NoveltySettings, PreparedView, Reference, Segment,
+    SegmentSettings, Verdict, VerdictSettings, Visibility, detect, measure,
 };
 use patrold_sim::world::{
-    MountGeometry, NoiseOptions, Robot, Scene, Stand, SweepRows, sample_view,
+    MountGeometry, NoiseOptions, Pose2d, Scene, SimulatedRobot, SweepRows, simulate_sweep,
 };
 use std::time::Duration;
 
-/// Scenes as shipped.
 const SCENES: [&str; 3] = ["corridor.toml", "office.toml", "storeroom.toml"];
-/// Lines of a sweep: 0.5 deg and 1 deg apart.
+/// Of a sweep: 0.5 deg and 1 deg apart.
 const LINES: [usize; 2] = [120, 60];
-/// How often a sensor is as noisy as the recorded one.
+/// Relative to the recorded sensor.
 const NOISE_SCALES: [f64; 3] = [1.0, 1.5, 2.0];
-/// What a sweep states of its own noise whatever the sensor does, as sweep::assemble does; a scale of 2 exceeds it.
-const STATED: NoiseLaw = NoiseLaw {
+/// Noise that every sweep claims, as `sweep::assemble` does; a noise scale of 2 exceeds it.
+const CLAIMED_NOISE: NoiseLaw = NoiseLaw {
     at_zero_m: 0.002,
     per_m: 0.0015,
 };
-/// Pose errors: shift (m), its direction (deg), turn (deg); 0-10 cm, 0-5 deg.
+/// Shift (m), its direction (deg), yaw (deg).
 const POSE_ERRORS: [[f64; 3]; 11] = [
     [0.0, 0.0, 0.0],
     [0.01, 200.0, 0.5],
@@ -47,100 +43,99 @@ fn scene(name: &str) -> Scene {
     Scene::resolve(name, &load).expect("a shipped scene")
 }
 
-fn swept(scene: &Scene, error: [f64; 3], lines: usize, noise: &NoiseOptions) -> View {
+fn swept_view(scene: &Scene, error: [f64; 3], lines: usize, noise: &NoiseOptions) -> View {
     let world = scene.build(None).expect("builds");
-    let mut robot = Robot {
-        pose: scene.map_from_base,
+    let mut robot = SimulatedRobot {
+        map_from_base: scene.map_from_base,
         mount: MountGeometry::default(),
     };
-    let at: &Pose = &scene.map_from_base;
-    let [shift_m, way_deg, turn_deg] = error;
-    let (sin, cos) = way_deg.to_radians().sin_cos();
-    robot.drive_to(Stand {
-        x_m: at.translation.x + shift_m * cos,
-        y_m: at.translation.y + shift_m * sin,
-        yaw_rad: at.rotation.euler_angles().2 + turn_deg.to_radians(),
+    let pose: &Pose = &scene.map_from_base;
+    let [shift_m, direction_deg, yaw_deg] = error;
+    let (sin, cos) = direction_deg.to_radians().sin_cos();
+    robot.drive_to(Pose2d {
+        x_m: pose.translation.x + shift_m * cos,
+        y_m: pose.translation.y + shift_m * sin,
+        yaw_rad: pose.rotation.euler_angles().2 + yaw_deg.to_radians(),
     });
     let rows = SweepRows::evenly(-35.0, 25.0, lines).starting_at(Duration::from_secs(noise.seed));
-    let mut view = sample_view(&world, &robot, &rows, noise).view;
-    view.noise = Some(STATED);
+    let mut view = simulate_sweep(&world, &robot, &rows, noise).view;
+    view.noise = Some(CLAIMED_NOISE);
     view
 }
 
-/// All gates open but for the few points that a covariance needs: what stands before them is told.
-fn open_gates() -> Settings {
-    Settings {
+/// Without gates, but for the few points that a covariance needs.
+fn without_gates() -> NoveltySettings {
+    NoveltySettings {
         segment: SegmentSettings {
-            least_support: 0.0,
-            thin_support: 0.0,
-            compact_support: 0.0,
-            least_points: 5,
-            thin_width_spacings: 0.0,
-            least_fill: 0.0,
+            min_support: 0.0,
+            thin_min_support: 0.0,
+            compact_min_support: 0.0,
+            min_points: 5,
+            thin_min_width_spacings: 0.0,
+            min_fill: 0.0,
             ..SegmentSettings::default()
         },
         verdict: VerdictSettings {
-            most_disagreement: f64::MAX,
+            max_disagreement: f64::MAX,
             ..VerdictSettings::default()
         },
-        ..Settings::default()
+        ..NoveltySettings::default()
     }
 }
 
-/// What one quiet pair showed.
-struct Figures {
+/// Of one quiet pair.
+struct GateMeasurement {
     name: String,
     verdict: Verdict,
     reason: String,
-    /// Largest support of a thing before each gate, in the order of [`GATES`].
+    /// Largest support of a segment at each gate, in the order of [`GATES`].
     supports: [f64; 4],
     d: f64,
     share: f64,
     disagreement: f64,
 }
 
-/// The gates of support: which one a thing stands before depends on its width in rows and on its fill.
+/// Gates of support. The width in rows and the fill of a segment decide which of them applies.
 const GATES: [&str; 4] = ["thin", "wide", "compact", "sparse"];
 
-/// The gate before which a thing stands, as an index into [`GATES`]; rows are those of the coarser view.
-fn gate(thing: &Thing, spacing_rad: f64) -> usize {
+/// Index into [`GATES`]; rows are those of the coarser view.
+fn gate_index(segment: &Segment, spacing_rad: f64) -> usize {
     let gates = SegmentSettings::default();
-    let rows = thing.width_rad[0] * thing.crowding / spacing_rad;
-    let wide = rows >= gates.compact_width_spacings;
-    if thing.fill < gates.least_fill {
+    let rows = segment.width_rad[0] * segment.crowding / spacing_rad;
+    let wide = rows >= gates.compact_min_width_spacings;
+    if segment.fill < gates.min_fill {
         3
-    } else if wide && thing.fill >= gates.compact_fill {
+    } else if wide && segment.fill >= gates.compact_min_fill {
         2
     } else {
-        usize::from(rows >= gates.least_width_spacings)
+        usize::from(rows >= gates.min_width_spacings)
     }
 }
 
-/// Largest support before each gate.
-fn supports(found: &Detection, views: [&Prepared; 2]) -> [f64; 4] {
+fn largest_supports(found: &Detection, views: [&PreparedView; 2]) -> [f64; 4] {
     let gates = SegmentSettings::default();
     let spacing_rad = views[0].rays.spacing_rad.max(views[1].rays.spacing_rad);
-    let mut most = [0.0_f64; 4];
+    let mut largest = [0.0_f64; 4];
     for novelty in &found.novelties {
-        let own = match novelty.kind {
-            Kind::Disappeared => views[0],
-            Kind::Appeared => views[1],
+        let view = match novelty.kind {
+            NoveltyKind::Disappeared => views[0],
+            NoveltyKind::Appeared => views[1],
         };
-        let nothing = Evidence {
-            sight: Sight::Same,
+        let no_evidence = Evidence {
+            visibility: Visibility::OnSurface,
             z: 0.0,
             z_loose: 0.0,
-            empty: false,
+            no_return: false,
         };
-        let evidence = vec![nothing; own.view.points.len()];
-        let thing = measure(own, &evidence, novelty.points.clone(), &gates);
-        let slot = &mut most[gate(&thing, spacing_rad)];
+        let evidence = vec![no_evidence; view.view.points.len()];
+        let segment = measure(view, &evidence, novelty.point_indices.clone(), &gates);
+        let slot = &mut largest[gate_index(&segment, spacing_rad)];
         *slot = slot.max(novelty.support);
     }
-    most
+    largest
 }
 
-fn quiet_pair(name: &str, lines: usize, index: usize, error: [f64; 3]) -> Figures {
+fn quiet_pair(name: &str, lines: usize, index: usize, error: [f64; 3]) -> GateMeasurement {
     let scene = scene(name);
     let noise_scale = NOISE_SCALES[index % NOISE_SCALES.len()];
     let seed = 2 * (100 * lines + index) as u64;
@@ -148,36 +143,37 @@ fn quiet_pair(name: &str, lines: usize, index: usize, error: [f64; 3]) -> Figure
         noise_scale,
         ..NoiseOptions::seeded(seed)
     };
-    let settings = Settings::default();
-    let reference = swept(&scene, [0.0; 3], lines, &noise(seed));
-    let current = swept(&scene, error, lines, &noise(seed + 1));
+    let settings = NoveltySettings::default();
+    let reference = swept_view(&scene, [0.0; 3], lines, &noise(seed));
+    let current = swept_view(&scene, error, lines, &noise(seed + 1));
     let prepared = Reference::prepare(&reference, &settings, 7).expect("a reference");
     let found = detect(&prepared, &current, &settings, 7, &mut |_| {}).expect("a detection");
-    let open = detect(&prepared, &current, &open_gates(), 7, &mut |_| {}).expect("a detection");
-    let now = Prepared::of(&current, "current", &settings.evidence).expect("a view");
-    let figures = Figures {
+    let ungated =
+        detect(&prepared, &current, &without_gates(), 7, &mut |_| {}).expect("a detection");
+    let current_view = PreparedView::new(&current, "current", &settings.evidence).expect("a view");
+    let measurement = GateMeasurement {
         name: format!("{name} {lines} lines, noise {noise_scale}, {error:?}"),
         verdict: found.verdict,
-        supports: supports(&open, [&prepared.prepared, &now]),
+        supports: largest_supports(&ungated, [&prepared.prepared, &current_view]),
         d: found.d_gmm,
-        share: found.registration.share,
+        share: found.registration.agreement,
         disagreement: found.disagreement,
         reason: found.reason,
     };
     println!(
         "{:48} {:?} {GATES:?} {:.0?} d {:.6} share {:.2} disagreement {:.2}",
-        figures.name,
-        figures.verdict,
-        figures.supports,
-        figures.d,
-        figures.share,
-        figures.disagreement
+        measurement.name,
+        measurement.verdict,
+        measurement.supports,
+        measurement.d,
+        measurement.share,
+        measurement.disagreement
     );
-    figures
+    measurement
 }
 
-fn row(name: &str, all: &[Figures], figure: impl Fn(&Figures) -> f64) {
-    let mut values: Vec<f64> = all.iter().map(figure).collect();
+fn print_row(name: &str, all: &[GateMeasurement], value: impl Fn(&GateMeasurement) -> f64) {
+    let mut values: Vec<f64> = all.iter().map(value).collect();
     values.sort_by(f64::total_cmp);
     let at = |share: f64| values[(share * (values.len() - 1) as f64).round() as usize];
     println!(
@@ -190,7 +186,7 @@ fn row(name: &str, all: &[Figures], figure: impl Fn(&Figures) -> f64) {
     );
 }
 
-fn run(every: usize) {
+fn measure_quiet_pairs(every: usize) {
     let mut all = Vec::new();
     for (s, name) in SCENES.into_iter().enumerate() {
         for (l, lines) in LINES.into_iter().enumerate() {
@@ -204,12 +200,12 @@ fn run(every: usize) {
     }
     println!("{} quiet pairs", all.len());
     for (at, name) in GATES.into_iter().enumerate() {
-        row(&format!("support, {name}"), &all, |f| f.supports[at]);
+        print_row(&format!("support, {name}"), &all, |f| f.supports[at]);
     }
-    row("d_GMM", &all, |f| f.d);
-    row("registration share", &all, |f| f.share);
-    row("disagreement", &all, |f| f.disagreement);
-    let loud: Vec<&Figures> = all.iter().filter(|f| f.verdict != Verdict::Quiet).collect();
+    print_row("d_GMM", &all, |f| f.d);
+    print_row("registration share", &all, |f| f.share);
+    print_row("disagreement", &all, |f| f.disagreement);
+    let loud: Vec<&GateMeasurement> = all.iter().filter(|f| f.verdict != Verdict::Quiet).collect();
     for f in &loud {
         println!("not quiet: {}: {}", f.name, f.reason);
     }
@@ -217,12 +213,12 @@ fn run(every: usize) {
 }
 
 #[test]
-fn quiet_places_stay_far_below_the_gates() {
-    run(5);
+fn quiet_pairs_stay_below_the_gates() {
+    measure_quiet_pairs(5);
 }
 
 #[test]
 #[ignore = "66 pairs take minutes; it prints the table behind the constants"]
 fn the_table_behind_the_constants() {
-    run(1);
+    measure_quiet_pairs(1);
 }

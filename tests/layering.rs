@@ -1,303 +1,167 @@
-//! The house's rules, kept by reading the tree: which way imports point, who may touch the clock, the serial
-//! port, the database and tokio, and what a file looks like.
+//! Rules that crates cannot hold: who may use what, which files know each other, what a file and a citation look like.
 
+#[path = "layering/citations.rs"]
+mod citations;
+#[path = "layering/cycles.rs"]
+mod cycles;
 #[path = "layering/rules.rs"]
 mod rules;
 #[path = "layering/source.rs"]
 mod source;
 
-use rules::{CORRIDOR, Rule};
-use source::{Source, tree};
+use citations::missing;
+use source::{FILES, Source, TREE, mark_tests, read};
 
-fn keeps(rule: Rule) {
-    let broken: Vec<String> = tree().iter().flat_map(rule).collect();
-    assert!(broken.is_empty(), "\n{}\n", broken.join("\n"));
-}
-
-/// What `rule` says of a file that never was.
-fn says(rule: Rule, path: &str, text: &str) -> usize {
-    rule(&Source::new(path, text)).len()
+/// Holds the tree to a rule that examples (`path: text`, more files after `|`) keep or break.
+fn holds(rule: fn(&[Source]) -> Vec<String>, kept: &[&str], broken: &[&str]) {
+    let source = |file: &str| {
+        let (path, text) = file.trim().split_once(": ").expect("path: text");
+        Source::new(path, text)
+    };
+    let keeps = |files: &str| rule(&mark_tests(files.split('|').map(source).collect())).is_empty();
+    kept.iter()
+        .for_each(|files| assert!(keeps(files), "{files}"));
+    broken
+        .iter()
+        .for_each(|files| assert!(!keeps(files), "{files}"));
+    none(rule(&TREE));
 }
 
 #[test]
 fn the_tree_is_read() {
-    let files = tree();
-    for path in ["src/lib.rs", "drivers/scip/src/lib.rs", "tests/layering.rs"] {
-        assert!(
-            files.iter().any(|f| f.path == path),
-            "{path} of {}",
-            files.len()
-        );
+    let is_read = |path: &str| TREE.iter().any(|file| file.path == path);
+    assert!(is_read("engine/src/geometry/mod.rs") && is_read("tests/layering.rs"));
+    assert!(is_read("drivers/scip/src/lib.rs") && is_read("src/main.rs"));
+}
+
+fn none(against: Vec<String>) {
+    assert!(against.is_empty(), "\n{}\n", against.join("\n"));
+}
+
+#[test]
+fn sim_and_lab_stand_aside() {
+    let kept = [
+        "src/cli/demo.rs: use patrold_sim::world::Scene;",
+        "src/store/row.rs: #[cfg(test)] mod tests { use patrold_sim::world::Scene; }",
+        "src/store/mod.rs: #[cfg(test)] mod kit; | src/store/kit.rs: use patrold_sim::world::Scene;",
+        "sim/src/scene.rs: use patrold_engine::{formats::Cloud, geometry::View};",
+    ];
+    let broken = [
+        "src/devices/head.rs: fn f() { patrold_sim::world::x() }",
+        "sim/src/scene.rs: use patrold_engine::{geometry::View, shape::Shape};",
+    ];
+    holds(rules::sim_and_lab_stand_aside, &kept, &broken);
+    let of = rules::own_crates;
+    for folder in ["drivers/link", "drivers/scip", "drivers/ptu", "engine"] {
+        let manifest = read(&format!("{folder}/Cargo.toml"));
+        none(of(&manifest, "dependencies"));
+        let tests = of(&manifest, "dev-dependencies");
+        assert!(tests.iter().all(|name| name == "patrold-test-support"));
     }
+    let manifest = "dependencies = { patrold-sim = 1, nalgebra = 1 }";
+    assert_eq!(of(manifest, "dependencies"), ["patrold-sim"]);
 }
 
 #[test]
-fn imports_point_one_way() {
-    let rule = rules::imports_point_one_way;
-    assert_eq!(
-        says(rule, "src/mixture/em.rs", "use crate::geometry::View;"),
-        0
-    );
-    assert_eq!(
-        says(rule, "src/mixture/em.rs", "use crate::novelty::detect;"),
-        1
-    );
-    assert_eq!(
-        says(
-            rule,
-            "src/mixture/em.rs",
-            "use crate::{geometry::View, shape::retrieve};"
-        ),
-        1
-    );
-    assert_eq!(
-        says(
-            rule,
-            "src/mixture/em.rs",
-            "mod tests { fn f() { crate::store::Store::open(x) } }"
-        ),
-        1
-    );
-    assert_eq!(
-        says(
-            rule,
-            "src/mixture/em.rs",
-            "// crate::store\nlet x = \"crate::cli\";"
-        ),
-        0
-    );
-    assert_eq!(
-        says(rule, "src/world/cast.rs", "use crate::store::Store;"),
-        1
-    );
-    assert_eq!(
-        says(rule, "src/world/cast.rs", "use crate::formats::read_cloud;"),
-        0
-    );
-    assert_eq!(
-        says(rule, "src/newroom/mod.rs", "use crate::geometry::View;"),
-        1
-    );
-    assert_eq!(
-        says(
-            rule,
-            "src/main.rs",
-            "patrold::cli::run(); patrold::store::x()"
-        ),
-        1
-    );
-    keeps(rule);
-}
-
-#[test]
-fn scip_and_ptu_are_bytes_and_instants_only() {
-    let rule = rules::drivers_are_pure;
-    for bad in [
-        "use std::time::Instant;",
-        "use std::time::{Duration, SystemTime};",
-        "use std::{io, fmt};",
-        "let t = std::thread::spawn(f);",
-        "use std::io::Read;",
-        "use patrold_engine::geometry::Pose;",
-        "use patrold_link::Serial;",
-        "use patrold_ptu::Head;",
-        "tokio::spawn(f)",
-    ] {
-        assert_eq!(says(rule, "drivers/scip/src/frame.rs", bad), 1, "{bad}");
-    }
-    assert_eq!(
-        says(rule, "drivers/ptu/src/head.rs", "use patrold_scip::Scan;"),
-        1
-    );
-    assert_eq!(
-        says(
-            rule,
-            "drivers/ptu/src/head.rs",
-            "use std::time::Duration; use crate::Instant;"
-        ),
-        0
-    );
-    assert_eq!(
-        says(rule, "drivers/link/src/tcp.rs", "use std::io::Read;"),
-        0
-    );
-    assert_eq!(
-        says(rule, "drivers/link/src/tcp.rs", "use patrold_scip::Scan;"),
-        1
-    );
-    keeps(rule);
-}
-
-#[test]
-fn drivers_depend_on_no_room_and_not_on_each_other() {
-    for driver in ["link", "scip", "ptu"] {
-        let text = source::read(&format!("drivers/{driver}/Cargo.toml"));
-        assert_eq!(rules::foreign_driver_dependencies(driver, &text), [""; 0]);
-    }
-    let bad = "[dependencies]\nthiserror.workspace = true\npatrold-link.workspace = true\n";
-    assert_eq!(rules::foreign_driver_dependencies("scip", bad).len(), 1);
-    assert_eq!(
-        rules::foreign_driver_dependencies("scip", "[dev-dependencies]\npatrold = \"1\"").len(),
-        1
-    );
-}
-
-#[test]
-fn each_outside_crate_has_one_home() {
-    let rule = rules::outside_crates_have_homes;
-    assert_eq!(
-        says(rule, "src/devices/port.rs", "serialport::new(x, 9600)"),
-        1
-    );
-    assert_eq!(
-        says(
-            rule,
-            "drivers/link/src/serial.rs",
-            "serialport::new(x, 9600)"
-        ),
-        0
-    );
-    assert_eq!(
-        says(rule, "src/cli/alarms.rs", "use rusqlite::Connection;"),
-        1
-    );
-    assert_eq!(
-        says(rule, "src/distance/simplex.rs", "pulp::Arch::new()"),
-        1
-    );
-    assert_eq!(
-        says(rule, "src/devices/laser.rs", "use tokio::sync::mpsc;"),
-        1
-    );
-    assert_eq!(
-        says(rule, "src/service/run.rs", "use tokio::sync::mpsc;"),
-        0
-    );
-    keeps(rule);
+fn outside_crates_have_homes() {
+    let kept = [
+        "src/service/run.rs: use tokio::sync::mpsc; // rusqlite::Row\nconst A: &str = \"rusqlite::Row\";",
+    ];
+    let broken = [
+        "src/devices/laser.rs: use tokio::sync::mpsc;",
+        "engine/src/mixture/em.rs: fn f() { assert!(pulp::Arch::new()) }",
+    ];
+    holds(rules::outside_crates_have_homes, &kept, &broken);
 }
 
 #[test]
 fn time_and_chance_are_arguments() {
-    let rule = rules::no_clock_no_chance;
-    for bad in [
-        "let t = Instant::now();",
-        "std::time::SystemTime::UNIX_EPOCH",
-        "jiff::Timestamp::now()",
-        "Zoned::now()",
-        "rand::rng()",
-        "let r = thread_rng();",
-        "rand::random::<f64>()",
-        "ChaCha8Rng::from_os_rng()",
-    ] {
-        assert_eq!(says(rule, "src/mixture/em.rs", bad), 1, "{bad}");
-        assert_eq!(says(rule, "src/cli/fit.rs", bad), 0, "{bad}");
+    let kept = [
+        "src/cli/fit.rs: fn f() { Instant::now() }",
+        "engine/src/a.rs: #[cfg(test)] fn f() { rand::rng() }",
+        "drivers/scip/src/a.rs: use std::time::Duration; use crate::Instant;",
+    ];
+    let broken = [
+        "src/store/a.rs: fn f() { jiff::Timestamp::now() }",
+        "engine/src/a.rs: fn f() { vec![rand::random::<f64>()] }",
+        "sim/src/a.rs: use rand::rngs::{ChaCha8Rng, SysRng};",
+        "drivers/scip/src/a.rs: use std::{fmt, io};",
+        "drivers/ptu/src/a.rs: fn f() { std::thread::sleep(D) }",
+    ];
+    holds(rules::time_and_chance_are_arguments, &kept, &broken);
+}
+
+#[test]
+fn modules_use_those_listed_before() {
+    let kept = [
+        "engine/src/lib.rs: pub mod scan; pub mod sweep; | engine/src/sweep/a.rs: use crate::scan::B;",
+        "src/main.rs: fn main() { patrold::cli::run() }",
+    ];
+    let broken = [
+        "engine/src/lib.rs: mod scan; mod sweep; | engine/src/scan/a.rs: fn f(_: crate::sweep::B) {}",
+        "src/lib.rs: mod a; mod b; | src/a/c.rs: #[cfg(test)] mod tests { use super::super::super::b::B; }",
+        "lab/src/lib.rs: mod evaluate; mod reproduce; | lab/src/reproduce/a.rs: use crate::evaluate::B;",
+        "src/main.rs: fn main() { patrold::store::x() }",
+    ];
+    holds(rules::modules_use_those_listed_before, &kept, &broken);
+}
+
+#[test]
+fn files_do_not_go_in_circles() {
+    let kept = [
+        "src/a/mod.rs: mod b; mod c; pub use b::B; | src/a/b.rs: pub struct B; | src/a/c.rs: use super::B; struct C;",
+        "src/a.rs: pub struct A; #[cfg(test)] use crate::b::B; | src/b.rs: use crate::a::A; pub struct B;",
+    ];
+    let broken = [
+        "src/a.rs: use crate::b::B; struct A; | src/b.rs: fn b() { vec![crate::a::A] } struct B;",
+        "src/a/mod.rs: mod b; pub use {b::B, c::C as D}; | src/a/b.rs: use super::D; struct B; | src/a/c.rs: impl super::B {} struct C;",
+        "src/a.rs: mod b; use b::B; const A: B = B; | src/a/b.rs: pub struct B; use super::A;",
+    ];
+    holds(cycles::circles, &kept, &broken);
+}
+
+#[test]
+fn citations_have_their_documents() {
+    let code = "const A: &str = \"section 5\";";
+    let says = |cited: &str| missing("src/a.rs", &format!("{code}\n/// See {cited}\n{code}")).len();
+    let kept =
+        "scip2 sections 3 and 4; Schnabel's section 4.5; paper section III.C; docs/shapes.md";
+    for cited in kept.split("; ") {
+        assert_eq!(says(cited), 0, "{cited}");
     }
-    assert_eq!(
-        says(
-            rule,
-            "src/store/handle.rs",
-            "let t = Stamp::text(Timestamp::from_second(1));"
-        ),
-        0
-    );
-    keeps(rule);
-}
-
-#[test]
-fn nothing_is_unsafe() {
-    let rule = rules::no_unsafe;
-    assert_eq!(
-        says(rule, "src/mixture/kernel.rs", "fn f() { unsafe { g() } }"),
-        1
-    );
-    assert_eq!(
-        says(rule, "src/lib.rs", "#![forbid(unsafe_code)] // unsafe"),
-        0
-    );
-    keeps(rule);
-}
-
-#[test]
-fn front_pages_introduce_and_never_work() {
-    let rule = rules::front_pages_introduce;
-    assert_eq!(
-        says(
-            rule,
-            "src/scan/mod.rs",
-            "//! Takes a, gives b.\nmod beam;\npub use beam::Beam;\n"
-        ),
-        0
-    );
-    assert_eq!(says(rule, "src/scan/mod.rs", "//! Scans.\nmod beam;\n"), 1);
-    assert_eq!(
-        says(rule, "src/scan/mod.rs", "//! Takes a.\npub fn f() {}\n"),
-        1
-    );
-    assert_eq!(
-        says(rule, "src/scan/sub/mod.rs", "//! A sub-room.\nmod beam;\n"),
-        0
-    );
-    assert_eq!(
-        says(
-            rule,
-            "src/scan/mod.rs",
-            &format!("//! Takes a.\n{}", "mod a;\n".repeat(80))
-        ),
-        1
-    );
-    assert_eq!(says(rule, "src/lib.rs", "//! House.\nfn f() {}\n"), 1);
-    keeps(rule);
-}
-
-#[test]
-fn every_file_says_what_it_is_and_is_of_one_idea() {
-    let rule = rules::files_are_of_one_idea;
-    assert_eq!(says(rule, "src/scan/beam.rs", "//! A beam.\n"), 0);
-    assert_eq!(says(rule, "src/scan/beam.rs", "use std::fmt;\n"), 1);
-    let long = format!("//! A.\n{}", "const A: u8 = 1;\n".repeat(420));
-    assert_eq!(says(rule, "src/scan/beam.rs", &long), 1);
-    let tested = format!(
-        "//! A.\n#[cfg(test)]\nmod tests {{}}\n{}",
-        "// t\n".repeat(420)
-    );
-    assert_eq!(says(rule, "src/scan/beam.rs", &tested), 0);
-    keeps(rule);
-}
-
-#[test]
-fn nothing_is_a_stub() {
-    let rule = rules::no_stubs;
-    for word in ["todo", "unimplemented"] {
-        assert_eq!(
-            says(rule, "src/scan/beam.rs", &format!("fn f() {{ {word}!() }}")),
-            1
-        );
+    let broken = "section 3; scip2 section 99; scip2 sections\n/// 3, 99; design section 5; ../a.md; none.rs";
+    for cited in broken.split("; ") {
+        assert_eq!(says(cited), 1, "{cited}");
     }
-    assert_eq!(
-        says(rule, "src/scan/beam.rs", &["// FIX", "ME later"].concat()),
-        1
-    );
-    keeps(rule);
+    let tags = "\n| [S] | Maker |\n| [L1] | Log |\n\n[S p5, L1] [calc] [L2, H] [I:repo#3]";
+    assert_eq!(missing("docs/protocols/a.md", tags).len(), 3);
+    let cites = |path: &&String| path.ends_with(".rs") || path.ends_with(".md");
+    let files = FILES.iter().filter(cites);
+    none(files.flat_map(|path| missing(path, &read(path))).collect());
 }
 
 #[test]
-fn the_table_of_contents_is_in_corridor_order() {
-    let lib = Source::new("src/lib.rs", &source::read("src/lib.rs"));
-    assert_eq!(rules::contents_out_of_order(&lib.code), [""; 0]);
-    assert_eq!(
-        rules::contents_out_of_order("pub mod geometry;\npub mod shape;\npub mod novelty;").len(),
-        1
-    );
-    assert_eq!(rules::contents_out_of_order("pub mod cellar;").len(), 1);
-    let rooms = source::rooms();
-    for room in &rooms {
-        assert!(
-            CORRIDOR.contains(&room.as_str()),
-            "src/{room} has no place in the corridor"
-        );
-        assert!(
-            lib.code.contains(&format!("pub mod {room};")),
-            "lib.rs does not list {room}"
-        );
-    }
+fn files_are_of_one_idea() {
+    let long = "// a\n".repeat(420);
+    let tested = format!("src/a.rs: //! A.\n#[cfg(test)]\nmod tests {{}}\n{long}");
+    let kept = [
+        "src/a/mod.rs: //! A.\nmod b;\n#[cfg(test)] mod tests { fn f() {} }",
+        &tested,
+    ];
+    let long = format!("src/a.rs: //! A.\n{long}");
+    let note = concat!("src/a.rs: //! A.\nfn f() { todo", "!() }");
+    let broken = [
+        "src/a.rs: use std::fmt;",
+        "src/a/mod.rs: //! A.\nfn f() {}",
+        &long,
+        note,
+    ];
+    holds(rules::files_are_of_one_idea, &kept, &broken);
+}
+
+#[test]
+fn public_types_have_one_name_each() {
+    let kept = ["src/a.rs: pub struct A; | src/b.rs: struct A; #[cfg(test)] pub struct A;"];
+    let broken = ["src/a.rs: pub struct A; | sim/src/b.rs: pub(crate) enum A {}"];
+    holds(rules::public_types_have_one_name_each, &kept, &broken);
 }

@@ -1,10 +1,11 @@
-//! The engine against recorded pairs: what changed is found, what did not stays quiet. The table that
-//! it prints (`--nocapture`) is the engine's report on them.
+//! The engine on the recorded pairs: changes are found, unchanged pairs stay quiet. Prints a table (`--nocapture`).
 
 use nalgebra::Point3;
 use patrold_engine::formats::read_cloud;
 use patrold_engine::geometry::{Pose, RollPitchYaw, View};
-use patrold_engine::novelty::{Detection, Kind, Reference, Settings, Verdict, detect};
+use patrold_engine::novelty::{
+    Detection, NoveltyKind, NoveltySettings, Reference, Verdict, detect,
+};
 use std::path::{Path, PathBuf};
 
 fn ply(path: &Path) -> Vec<Point3<f64>> {
@@ -20,7 +21,7 @@ fn labels(path: &Path) -> Vec<u8> {
         .collect()
 }
 
-fn moved(x: f64, y: f64, yaw_deg: f64) -> Pose {
+fn planar_pose(x: f64, y: f64, yaw_deg: f64) -> Pose {
     RollPitchYaw {
         roll_rad: 0.0,
         pitch_rad: 0.0,
@@ -29,53 +30,60 @@ fn moved(x: f64, y: f64, yaw_deg: f64) -> Pose {
     .with_translation([x, y, 0.0])
 }
 
-/// Precision and recall of the labels against truth.
-struct Score {
-    found: Detection,
+/// Precision and recall of the labels.
+struct DetectionScore {
+    detection: Detection,
     precision: f64,
     recall: f64,
 }
 
-/// Compares a pair; `novel` tells the truth of a current point, `None` where it is not to be scored.
+/// `is_novel` is the truth of a current point; `None` where it is not scored.
 fn compare(
     name: &str,
     reference: &View,
     current: &View,
-    novel: impl Fn(usize) -> Option<bool>,
-) -> Score {
-    let settings = Settings::default();
+    is_novel: impl Fn(usize) -> Option<bool>,
+) -> DetectionScore {
+    let settings = NoveltySettings::default();
     let prepared = Reference::prepare(reference, &settings, 1).expect("a reference");
-    let found = detect(&prepared, current, &settings, 1, &mut |_| {}).expect("a detection");
+    let detection = detect(&prepared, current, &settings, 1, &mut |_| {}).expect("a detection");
     let (mut hits, mut false_hits, mut missed) = (0, 0, 0);
-    for (i, hit) in found.labels.iter().enumerate() {
-        match (novel(i), hit) {
+    for (i, hit) in detection.labels.iter().enumerate() {
+        match (is_novel(i), hit) {
             (Some(true), true) => hits += 1,
             (Some(false), true) => false_hits += 1,
             (Some(true), false) => missed += 1,
             _ => {}
         }
     }
-    let share = |n: i32, of: i32| f64::from(n) / f64::from(of.max(1));
-    let score = Score {
-        precision: share(hits, hits + false_hits),
-        recall: share(hits, hits + missed),
-        found,
+    let ratio = |part: i32, whole: i32| f64::from(part) / f64::from(whole.max(1));
+    let score = DetectionScore {
+        precision: ratio(hits, hits + false_hits),
+        recall: ratio(hits, hits + missed),
+        detection,
     };
-    let pose = &score.found.registration.current_from_reference;
-    let count = |k: Kind| score.found.novelties.iter().filter(|n| n.kind == k).count();
+    let pose = &score.detection.registration.current_from_reference;
+    let count = |k: NoveltyKind| {
+        score
+            .detection
+            .novelties
+            .iter()
+            .filter(|n| n.kind == k)
+            .count()
+    };
     eprintln!(
         "{name:28} {:11} d {:.5} rest {:.5} work {:6.3} came {:2} went {:2} precision {:.3} recall {:.3} | {:.4} m {:.3} deg | {}",
-        format!("{:?}", score.found.verdict),
-        score.found.d_gmm,
-        score.found.unexplained,
-        score.found.work_m3,
-        count(Kind::Appeared),
-        count(Kind::Disappeared),
+        format!("{:?}", score.detection.verdict),
+        score.detection.d_gmm,
+        score.detection.unexplained,
+        score.detection.work_m3,
+        count(NoveltyKind::Appeared),
+        count(NoveltyKind::Disappeared),
         score.precision,
         score.recall,
         pose.translation.vector.norm(),
         pose.rotation.angle().to_degrees(),
-        score.found.reason,
+        score.detection.reason,
     );
     score
 }
@@ -84,8 +92,7 @@ fn json(path: &Path) -> serde_json::Value {
     serde_json::from_str(&std::fs::read_to_string(path).expect("a manifest")).expect("json")
 }
 
-/// A file that a manifest's entry names.
-fn file(root: &Path, entry: &serde_json::Value, key: &str) -> PathBuf {
+fn entry_path(root: &Path, entry: &serde_json::Value, key: &str) -> PathBuf {
     root.join(entry[key].as_str().expect("a path"))
 }
 
@@ -95,31 +102,35 @@ fn origin(entry: &serde_json::Value, key: &str) -> Point3<f64> {
 }
 
 #[test]
-fn inserted_objects_are_found_whatever_the_pose_and_quiet_pairs_stay_quiet() {
+fn inserted_objects_are_found_at_any_pose_and_quiet_pairs_stay_quiet() {
     let Some(root) = patrold_test_support::data("semisynthetic") else {
         return;
     };
     let manifest = json(&root.join("manifest_dev.json"));
     for pair in manifest["pairs"].as_array().expect("pairs") {
-        let reference = View::bare(ply(&file(&root, pair, "reference")), Point3::origin());
-        let points = ply(&file(&root, pair, "current"));
-        let truth = labels(&file(&root, pair, "labels"));
+        let reference =
+            View::from_points(ply(&entry_path(&root, pair, "reference")), Point3::origin());
+        let points = ply(&entry_path(&root, pair, "current"));
+        let truth = labels(&entry_path(&root, pair, "labels"));
         let name = pair["name"].as_str().expect("a name");
         for (x, y, yaw_deg) in [(0.0, 0.0, 0.0), (0.02, -0.022, 1.0), (-0.08, 0.06, -5.0)] {
-            let pose = moved(x, y, yaw_deg);
-            let current = View::bare(
+            let pose = planar_pose(x, y, yaw_deg);
+            let current = View::from_points(
                 points.iter().map(|p| pose * p).collect(),
                 pose * Point3::origin(),
             );
             let score = compare(name, &reference, &current, |i| Some(truth[i] > 0));
-            let off = score.found.registration.current_from_reference * pose.inverse();
-            assert!(off.translation.vector.norm() < 0.01, "{name}: {off}");
-            assert!(off.rotation.angle() < 0.004, "{name}: {off}");
+            let pose_error = score.detection.registration.current_from_reference * pose.inverse();
+            assert!(
+                pose_error.translation.vector.norm() < 0.01,
+                "{name}: {pose_error}"
+            );
+            assert!(pose_error.rotation.angle() < 0.004, "{name}: {pose_error}");
             if pair["nochange"].as_bool() == Some(true) {
-                assert_eq!(score.found.verdict, Verdict::Quiet, "{name}");
-                assert!(score.found.d_gmm < 2e-4 && score.found.novelties.is_empty());
+                assert_eq!(score.detection.verdict, Verdict::Quiet, "{name}");
+                assert!(score.detection.d_gmm < 2e-4 && score.detection.novelties.is_empty());
             } else if pair["novel_points"].as_u64() >= Some(136) {
-                assert_eq!(score.found.verdict, Verdict::Changed, "{name}");
+                assert_eq!(score.detection.verdict, Verdict::Changed, "{name}");
                 assert!(score.precision >= 0.95 && score.recall >= 0.90, "{name}");
             }
         }
@@ -127,38 +138,42 @@ fn inserted_objects_are_found_whatever_the_pose_and_quiet_pairs_stay_quiet() {
 }
 
 #[test]
-fn the_ball_of_a_spinning_laser_is_found_in_every_pair() {
+fn the_ball_is_found_in_every_pair_of_a_spinning_laser() {
     let Some(root) = patrold_test_support::data("spherecalib/dev") else {
         return;
     };
     let meta = json(&root.join("meta.json"));
     for pair in meta["pairs"].as_array().expect("pairs") {
-        let reference = View::bare(ply(&file(&root, pair, "reference")), Point3::origin());
+        let reference =
+            View::from_points(ply(&entry_path(&root, pair, "reference")), Point3::origin());
         let current_name = pair["current"].as_str().expect("a name");
-        let current = View::bare(ply(&root.join(current_name)), Point3::origin());
+        let current = View::from_points(ply(&root.join(current_name)), Point3::origin());
         let from = pair["reference"].as_str().expect("a name");
         let name = format!("{current_name} {from}");
         if !pair["labels"].is_string() {
             let score = compare(&name, &reference, &current, |_| Some(false));
-            assert_eq!(score.found.verdict, Verdict::Quiet, "{name}");
-            assert!(score.found.d_gmm < 2e-4 && score.found.novelties.is_empty());
+            assert_eq!(score.detection.verdict, Verdict::Quiet, "{name}");
+            assert!(score.detection.d_gmm < 2e-4 && score.detection.novelties.is_empty());
             continue;
         }
-        let truth = labels(&file(&root, pair, "labels"));
+        let truth = labels(&entry_path(&root, pair, "labels"));
         let score = compare(&name, &reference, &current, |i| match truth[i] {
             0 => Some(false),
             1 => Some(true),
             _ => None,
         });
-        assert_eq!(score.found.verdict, Verdict::Changed, "{name}");
+        assert_eq!(score.detection.verdict, Verdict::Changed, "{name}");
         assert!(score.precision >= 0.85 && score.recall >= 0.75, "{name}");
         let ball = labels(&root.join(current_name.replace(".ply", ".sphere.txt")));
         let on_ball: Vec<usize> = (0..ball.len())
             .filter(|i| ball[*i] == 1 && truth[*i] == 1)
             .collect();
-        let got = on_ball.iter().filter(|i| score.found.labels[**i]).count();
-        eprintln!("    ball: {got} of {}", on_ball.len());
-        assert!(2 * got >= on_ball.len(), "{name}");
+        let found = on_ball
+            .iter()
+            .filter(|i| score.detection.labels[**i])
+            .count();
+        eprintln!("    ball: {found} of {}", on_ball.len());
+        assert!(2 * found >= on_ball.len(), "{name}");
     }
 }
 
@@ -169,7 +184,9 @@ fn another_viewpoint_is_never_a_change() {
     };
     let manifest = json(&root.join("manifest_dev.json"));
     for pair in manifest["pairs"].as_array().expect("pairs") {
-        let view = |key: &str, at: &str| View::bare(ply(&file(&root, pair, key)), origin(pair, at));
+        let view = |key: &str, at: &str| {
+            View::from_points(ply(&entry_path(&root, pair, key)), origin(pair, at))
+        };
         let name = pair["name"].as_str().expect("a name");
         let score = compare(
             name,
@@ -177,6 +194,6 @@ fn another_viewpoint_is_never_a_change() {
             &view("current", "cur_sensor"),
             |_| Some(false),
         );
-        assert_ne!(score.found.verdict, Verdict::Changed, "{name}");
+        assert_ne!(score.detection.verdict, Verdict::Changed, "{name}");
     }
 }

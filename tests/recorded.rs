@@ -1,8 +1,5 @@
-//! `compare --manifest` over the recorded pairs: quiet stays quiet, large things are told; prints how well.
-#![allow(
-    clippy::print_stdout,
-    reason = "the table that it prints is its report"
-)]
+//! `compare --manifest` on the recorded pairs: quiet stays quiet, large objects are found. Prints precision and recall.
+#![allow(clippy::print_stdout, reason = "it prints a table")]
 
 mod harness;
 
@@ -14,55 +11,55 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Objects of fewer points than this may be missed.
-const LARGE: usize = 300;
+/// Objects with fewer points may be missed.
+const LARGE_POINTS: usize = 300;
 
-/// One recorded pair with its truth.
-struct Pair {
+/// With its truth.
+struct RecordedPair {
     name: String,
     reference: PathBuf,
     current: PathBuf,
     origin: Value,
-    /// Truth of each point; `None` for those that are not scored.
+    /// By point; `None` where it is not scored.
     novel: Vec<Option<bool>>,
-    /// Whether something large came (or is known not to have).
-    expect: Option<bool>,
+    /// Whether a large object appeared; `None` where only small ones did.
+    expected_change: Option<bool>,
 }
 
-/// Score of one pair.
-struct Score {
+/// Numbers of points.
+struct LabelScore {
     hits: usize,
     listed: usize,
     novel: usize,
 }
 
-impl Score {
-    fn of(truth: &[Option<bool>], labels: &str) -> Self {
-        let said: Vec<bool> = labels.lines().map(|line| line == "1").collect();
-        assert_eq!(said.len(), truth.len(), "a label for every point");
+impl LabelScore {
+    fn new(truth: &[Option<bool>], labels: &str) -> Self {
+        let listed: Vec<bool> = labels.lines().map(|line| line == "1").collect();
+        assert_eq!(listed.len(), truth.len(), "a label for every point");
         let scored = || {
             truth
                 .iter()
-                .zip(&said)
-                .filter_map(|(t, s)| Some(((*t)?, *s)))
+                .zip(&listed)
+                .filter_map(|(t, l)| Some(((*t)?, *l)))
         };
         Self {
-            hits: scored().filter(|(t, s)| *t && *s).count(),
-            listed: scored().filter(|(_, s)| *s).count(),
+            hits: scored().filter(|(t, l)| *t && *l).count(),
+            listed: scored().filter(|(_, l)| *l).count(),
             novel: scored().filter(|(t, _)| *t).count(),
         }
     }
 
-    fn share(part: usize, of: usize) -> String {
-        if of == 0 {
+    fn ratio(part: usize, whole: usize) -> String {
+        if whole == 0 {
             return "    -".to_owned();
         }
-        format!("{:.3}", part as f64 / of as f64)
+        format!("{:.3}", part as f64 / whole as f64)
     }
 }
 
-/// Compares all pairs in one process; prints the table; gives what went against `expect`.
-fn compare(pairs: &[Pair]) -> Vec<String> {
+/// Compares all pairs in one process and prints the table; gives the rows with a wrong verdict.
+fn compare(pairs: &[RecordedPair]) -> Vec<String> {
     let dir = tempfile::tempdir().expect("temp dir");
     let listed: Vec<Value> = pairs
         .iter()
@@ -90,20 +87,20 @@ fn compare(pairs: &[Pair]) -> Vec<String> {
         assert_eq!(line["name"], pair.name);
         let labels =
             fs::read_to_string(dir.path().join(format!("{}.labels", pair.name))).expect("labels");
-        let score = Score::of(&pair.novel, &labels);
+        let score = LabelScore::new(&pair.novel, &labels);
         let verdict = line["verdict"].as_str().unwrap_or_default();
         let d = line["d_gmm"].as_f64().unwrap_or(f64::NAN);
         let row = format!(
             "{:24} {verdict:12} d_gmm {d:.6} m  novel {:5}  precision {}  recall {}",
             pair.name,
             score.novel,
-            Score::share(score.hits, score.listed),
-            Score::share(score.hits, score.novel),
+            LabelScore::ratio(score.hits, score.listed),
+            LabelScore::ratio(score.hits, score.novel),
         );
-        let wanted = pair
-            .expect
+        let expected = pair
+            .expected_change
             .map(|large| if large { "changed" } else { "quiet" });
-        if wanted.is_some_and(|wanted| wanted != verdict) {
+        if expected.is_some_and(|expected| expected != verdict) {
             wrong.push(format!("{row}  ({})", line["reason"]));
         }
         writeln!(table, "{row}").expect("text");
@@ -124,47 +121,49 @@ fn labels(path: &Path, truth: impl Fn(i64) -> Option<bool>) -> Vec<Option<bool>>
         .collect()
 }
 
-fn hold(pairs: &[Pair]) {
+fn assert_verdicts(pairs: &[RecordedPair]) {
     let wrong = compare(pairs);
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
 }
 
 #[test]
-fn semisynthetic_corridors() {
+fn semisynthetic_corridor_pairs() {
     let Some(root) = data("semisynthetic") else {
         return;
     };
     let manifest = read_json(&root.join("manifest_dev.json"));
-    let at = |pair: &Value, key: &str| root.join(pair[key].as_str().expect("a path"));
+    let path = |pair: &Value, key: &str| root.join(pair[key].as_str().expect("a path"));
     let pair = |pair: &Value| {
         let objects = pair["objects"].as_array().expect("objects");
-        let large = objects
-            .iter()
-            .any(|o| o["beams_hit"].as_u64().is_some_and(|n| n as usize >= LARGE));
-        Pair {
+        let large = objects.iter().any(|o| {
+            o["beams_hit"]
+                .as_u64()
+                .is_some_and(|n| n as usize >= LARGE_POINTS)
+        });
+        RecordedPair {
             name: pair["name"].as_str().expect("a name").to_owned(),
-            reference: at(pair, "reference"),
-            current: at(pair, "current"),
+            reference: path(pair, "reference"),
+            current: path(pair, "current"),
             origin: pair["sensor_origin"].clone(),
-            novel: labels(&at(pair, "labels"), |label| Some(label > 0)),
-            expect: match (objects.is_empty(), large) {
+            novel: labels(&path(pair, "labels"), |label| Some(label > 0)),
+            expected_change: match (objects.is_empty(), large) {
                 (true, _) => Some(false),
                 (false, true) => Some(true),
                 (false, false) => None,
             },
         }
     };
-    let pairs: Vec<Pair> = manifest["pairs"]
+    let pairs: Vec<RecordedPair> = manifest["pairs"]
         .as_array()
         .expect("pairs")
         .iter()
         .map(pair)
         .collect();
-    hold(&pairs);
+    assert_verdicts(&pairs);
 }
 
 #[test]
-fn a_ball_and_a_person_moved_in_a_room() {
+fn sphere_calibration_pairs() {
     let Some(root) = data("spherecalib") else {
         return;
     };
@@ -184,7 +183,7 @@ fn a_ball_and_a_person_moved_in_a_room() {
             _ => None,
         });
         let count = novel.iter().filter(|n| **n == Some(true)).count();
-        Pair {
+        RecordedPair {
             name: pair["labels"]
                 .as_str()
                 .expect("a name")
@@ -192,11 +191,11 @@ fn a_ball_and_a_person_moved_in_a_room() {
             reference: path(pair, "reference"),
             current: path(pair, "current"),
             origin: origin.clone(),
-            expect: (count >= LARGE).then_some(true),
+            expected_change: (count >= LARGE_POINTS).then_some(true),
             novel,
         }
     });
-    let same = (0..2).map(|i| {
+    let unchanged = (0..2).map(|i| {
         let current = root.join(format!("nochange{i}_cur.ply"));
         let points = patrold_engine::formats::read_cloud(
             &fs::read(&current).expect("readable"),
@@ -205,15 +204,15 @@ fn a_ball_and_a_person_moved_in_a_room() {
         .expect("a cloud")
         .points
         .len();
-        Pair {
+        RecordedPair {
             name: format!("nochange{i}"),
             reference: root.join(format!("nochange{i}_ref.ply")),
             current,
             origin: origin.clone(),
             novel: vec![Some(false); points],
-            expect: Some(false),
+            expected_change: Some(false),
         }
     });
-    let pairs: Vec<Pair> = moved.chain(same).collect();
-    hold(&pairs);
+    let pairs: Vec<RecordedPair> = moved.chain(unchanged).collect();
+    assert_verdicts(&pairs);
 }

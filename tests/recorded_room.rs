@@ -1,20 +1,16 @@
-//! A place that somebody really scanned, as the world: its cloud is the room, swept by the simulated laser, and an
-//! object of the same recordings is placed in it. Needs the recorded data (`PATROLD_DATA`).
-#![allow(
-    clippy::print_stdout,
-    reason = "the table that it prints is its report"
-)]
+//! A recorded cloud as the simulated world, swept by the simulated laser, without and with a box in it. Needs the recorded
+//! data (`PATROLD_DATA`).
+#![allow(clippy::print_stdout, reason = "it prints a table")]
 
 use patrold_engine::inspect::{EngineSettings, Inspection, inspect, prepare};
 use patrold_engine::novelty::Verdict;
 use patrold_sim::world::{
-    MountGeometry, NoiseOptions, Robot, Scene, Stand, SweepRows, sample_view,
+    MountGeometry, NoiseOptions, Pose2d, Scene, SimulatedRobot, SweepRows, simulate_sweep,
 };
 use std::time::Duration;
 
-/// The recorded corridor: sensor at the origin of the cloud, floor 0.38 m below it, so the base of the pan-tilt
-/// stands where the cloud's floor would be.
-const ROOM: &str = r#"
+/// The recorded corridor. Its sensor is at the origin of the cloud, 0.38 m above the floor.
+const CORRIDOR_SCENE: &str = r#"
 [robot]
 at = [0.0, 0.0]
 height_m = 0.2
@@ -24,8 +20,8 @@ file = "room.ply"
 at = [0.0, 0.0, 0.3814]
 "#;
 
-/// The box of the pair `dev04`.
-const BOX: &str = r#"
+/// As in the pair `dev04`.
+const BOX_OBJECT: &str = r#"
 [[box]]
 name = "box"
 centre = [2.9, 0.3, 0.25]
@@ -38,22 +34,22 @@ fn inspection(
     after: &Scene,
     error: [f64; 3],
     seed: u64,
-    room: &[nalgebra::Point3<f64>],
+    cloud: &[nalgebra::Point3<f64>],
 ) -> Inspection {
     let settings = EngineSettings::standard();
     let sweep = |scene: &Scene, error: [f64; 3], seed: u64| {
-        let world = scene.build(Some(room)).expect("builds");
-        let mut robot = Robot {
-            pose: scene.map_from_base,
+        let world = scene.build(Some(cloud)).expect("builds");
+        let mut robot = SimulatedRobot {
+            map_from_base: scene.map_from_base,
             mount: MountGeometry::default(),
         };
-        robot.drive_to(Stand {
+        robot.drive_to(Pose2d {
             x_m: error[0],
             y_m: error[1],
             yaw_rad: error[2].to_radians(),
         });
         let rows = SweepRows::evenly(-35.0, 25.0, 120).starting_at(Duration::from_secs(100 * seed));
-        sample_view(&world, &robot, &rows, &NoiseOptions::seeded(seed)).view
+        simulate_sweep(&world, &robot, &rows, &NoiseOptions::seeded(seed)).view
     };
     let reference = prepare(&sweep(before, [0.0; 3], 2 * seed), &settings, 7).expect("prepares");
     let current = sweep(after, error, 2 * seed + 1);
@@ -61,14 +57,14 @@ fn inspection(
 }
 
 #[test]
-fn a_recorded_corridor_is_patrolled() {
+fn a_recorded_corridor_gives_the_right_verdicts() {
     let Some(folder) = patrold_test_support::data("semisynthetic/dev") else {
         return;
     };
     let bytes = std::fs::read(folder.join("dev04_box_ref.ply")).expect("a reference cloud");
     let cloud = patrold_engine::formats::read_cloud(&bytes, Some("ply")).expect("reads");
-    let before = Scene::parse(ROOM).expect("a scene");
-    let after = Scene::parse(&format!("{ROOM}{BOX}")).expect("a scene");
+    let before = Scene::parse(CORRIDOR_SCENE).expect("a scene");
+    let after = Scene::parse(&format!("{CORRIDOR_SCENE}{BOX_OBJECT}")).expect("a scene");
     for (i, error) in [[0.0, 0.0, 0.0], [0.03, -0.03, 1.0], [-0.05, 0.04, -2.0]]
         .into_iter()
         .enumerate()

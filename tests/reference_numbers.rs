@@ -2,18 +2,18 @@
 //! `tests/data/make_reference_numbers.py` makes.
 
 use nalgebra::Point3;
-use patrold_engine::distance::{Ground, cost_matrix, emd};
+use patrold_engine::distance::{GroundDistance, cost_matrix, emd};
 use patrold_engine::mixture::{EmSettings, Mixture, MixtureRecord, em};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
-struct Table {
-    em: Em,
-    emd: Vec<Pair>,
+struct ReferenceTable {
+    em: EmTable,
+    emd: Vec<EmdCase>,
 }
 
 #[derive(Deserialize)]
-struct Em {
+struct EmTable {
     points: Vec<[f64; 3]>,
     start: MixtureRecord,
     cases: Vec<EmCase>,
@@ -27,21 +27,21 @@ struct EmCase {
 }
 
 #[derive(Deserialize)]
-struct Pair {
+struct EmdCase {
     a: MixtureRecord,
     b: MixtureRecord,
-    w2: Expected,
-    fm: Expected,
-    euclid: Expected,
+    w2: ExpectedDistances,
+    fm: ExpectedDistances,
+    euclid: ExpectedDistances,
 }
 
 #[derive(Deserialize)]
-struct Expected {
+struct ExpectedDistances {
     emd: f64,
     first_row: Vec<f64>,
 }
 
-fn table() -> Table {
+fn table() -> ReferenceTable {
     serde_json::from_str(include_str!("data/reference_numbers.json")).expect("the table reads")
 }
 
@@ -50,8 +50,8 @@ fn mixture(record: MixtureRecord) -> Mixture {
 }
 
 #[test]
-fn em_walks_with_scikit_learn() {
-    let Em {
+fn em_agrees_with_scikit_learn() {
+    let EmTable {
         points,
         start,
         cases,
@@ -78,13 +78,13 @@ fn em_walks_with_scikit_learn() {
 }
 
 #[test]
-fn distances_are_those_of_scipy_and_pot() {
+fn distances_agree_with_scipy_and_pot() {
     for pair in table().emd {
         let (a, b) = (mixture(pair.a), mixture(pair.b));
         for (ground, expected) in [
-            (Ground::W2, pair.w2),
-            (Ground::Fm, pair.fm),
-            (Ground::Euclid, pair.euclid),
+            (GroundDistance::W2, pair.w2),
+            (GroundDistance::Fm, pair.fm),
+            (GroundDistance::Euclid, pair.euclid),
         ] {
             let costs = cost_matrix(&a, &b, ground);
             for (j, theirs) in expected.first_row.iter().enumerate() {

@@ -11,7 +11,7 @@
 //! use patrold_engine::geometry::View;
 //! use patrold_engine::inspect::{EngineSettings, inspect, prepare};
 //! use patrold_engine::nalgebra::{Point3, Vector3};
-//! use patrold_engine::novelty::{Kind, Verdict};
+//! use patrold_engine::novelty::{NoveltyKind, Verdict};
 //! use patrold_engine::shape::Class;
 //!
 //! /// What a laser in the middle of the room measures; `ball` is centre and radius, metres.
@@ -35,15 +35,15 @@
 //!
 //! # fn main() -> Result<(), patrold_engine::novelty::NoveltyError> {
 //! let settings = EngineSettings::standard();
-//! let before = View::bare(cloud(None), Point3::origin());
-//! let now = View::bare(cloud(Some((Vector3::new(2.0, 0.5, -0.4), 0.3))), Point3::origin());
+//! let before = View::from_points(cloud(None), Point3::origin());
+//! let now = View::from_points(cloud(Some((Vector3::new(2.0, 0.5, -0.4), 0.3))), Point3::origin());
 //!
 //! let seed = 1;
 //! let reference = prepare(&before, &settings, seed)?;
 //! let found = inspect(&reference, &now, &settings, seed, &mut |_stage| {})?;
 //!
 //! assert_eq!(found.detection.verdict, Verdict::Changed);
-//! assert_eq!(found.detection.novelties[0].kind, Kind::Appeared);
+//! assert_eq!(found.detection.novelties[0].kind, NoveltyKind::Appeared);
 //! let shape = &found.retrievals[0].as_ref().expect("enough points").best;
 //! assert_eq!(shape.class, Class::Sphere);
 //! # Ok(())

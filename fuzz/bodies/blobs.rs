@@ -1,11 +1,14 @@
-//! What the store reads back: mixtures, views, raw sweeps, whatever became of their bytes.
+//! Decoders of the store's blobs: mixtures, views, raw sweeps.
 
 use nalgebra::{Matrix3, Point3};
 use patrold_engine::blob::{decode_mixture, decode_view, encode_mixture, encode_view};
 use patrold_engine::geometry::{Mount, RollPitchYaw, View};
 use patrold_engine::mixture::{Gaussian, Mixture};
-use patrold_engine::scan::Optics;
-use patrold_engine::sweep::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample, decode, encode};
+use patrold_engine::scan::ScanGeometry;
+use patrold_engine::sweep::{
+    HeadMotion, PanSegment, PositionPoll, RawSweep, StampedScan, TimeSample, decode_raw_sweep,
+    encode_raw_sweep,
+};
 
 pub fn run(data: &[u8]) {
     if let Ok(mixture) = decode_mixture(data) {
@@ -16,22 +19,22 @@ pub fn run(data: &[u8]) {
         assert!(24 * (view.points.len() + view.no_return.len()) <= data.len());
         assert!(decode_view("again", &encode_view(&view)).is_ok());
     }
-    if let Ok(sweep) = decode(data) {
-        let again = encode(&sweep);
-        assert!(decode(&again).is_ok());
+    if let Ok(sweep) = decode_raw_sweep(data) {
+        let again = encode_raw_sweep(&sweep);
+        assert!(decode_raw_sweep(&again).is_ok());
     }
 }
 
 fn raw_sweep() -> RawSweep {
-    let leg = |motion| Leg {
+    let pan_segment = |motion| PanSegment {
         pan_rad: 0.5,
         motion,
-        scans: vec![RawScan {
+        scans: vec![StampedScan {
             stamp_ms: 17_000_000,
             arrived_s: 3.25,
             values: vec![0, 20, 5600],
         }],
-        polls: vec![Poll {
+        polls: vec![PositionPoll {
             sent_s: 3.0,
             received_s: 3.1,
             tilt_steps: -900,
@@ -48,7 +51,7 @@ fn raw_sweep() -> RawSweep {
         yaw_rad: 0.0,
     };
     RawSweep {
-        optics: Optics {
+        scan_geometry: ScanGeometry {
             steps_per_turn: 1024,
             front_step: 384,
             first_step: 44,
@@ -65,11 +68,11 @@ fn raw_sweep() -> RawSweep {
         line_pitch_rad: 0.0087,
         time_offset_s: 0.0,
         tilt_backlash_rad: 0.0,
-        legs: vec![
-            leg(Motion::Tilting {
+        pan_segments: vec![
+            pan_segment(HeadMotion::Tilting {
                 speed_steps_s: 97.0,
             }),
-            leg(Motion::Standing {
+            pan_segment(HeadMotion::StepAndStare {
                 tilt_steps: vec![-5],
             }),
         ],
@@ -88,7 +91,7 @@ pub fn seeds() -> Vec<Vec<u8>> {
     let points = vec![Point3::new(1.0, 0.5, 0.25); 3];
     vec![
         encode_mixture(&mixture),
-        encode_view(&View::bare(points, Point3::origin())),
-        encode(&raw_sweep()),
+        encode_view(&View::from_points(points, Point3::origin())),
+        encode_raw_sweep(&raw_sweep()),
     ]
 }

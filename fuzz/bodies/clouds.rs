@@ -1,19 +1,19 @@
-//! Recorded clouds: PLY, PCD and text.
+//! Readers of recorded clouds: PLY, PCD and text.
 
 use patrold_engine::formats::{read_cloud, split_finite, write_ply};
 
-/// A reader may not make more points out of a file than could stand in it, compressed ones apart.
-const MOST_POINTS_PER_BYTE: usize = 300;
+/// A reader may not make more points than a file can hold; the margin is for compressed files.
+const MAX_POINTS_PER_BYTE: usize = 300;
 
 pub fn run(data: &[u8]) {
     for extension in [None, Some("ply"), Some("pcd"), Some("xyz"), Some("txt")] {
         if let Ok(cloud) = read_cloud(data, extension) {
-            assert!(cloud.points.len() <= MOST_POINTS_PER_BYTE * data.len().max(1));
-            let (finite, places) = split_finite(&cloud.points);
-            assert!(finite.len() == places.len() && finite.len() <= cloud.points.len());
+            assert!(cloud.points.len() <= MAX_POINTS_PER_BYTE * data.len().max(1));
+            let (finite, indices) = split_finite(&cloud.points);
+            assert!(finite.len() == indices.len() && finite.len() <= cloud.points.len());
             let written = write_ply(&finite);
-            let again = read_cloud(&written, Some("ply")).expect("what was written");
-            assert_eq!(again.points.len(), finite.len());
+            let reread = read_cloud(&written, Some("ply")).expect("a PLY");
+            assert_eq!(reread.points.len(), finite.len());
         }
     }
 }
@@ -25,16 +25,16 @@ pub fn seeds() -> Vec<Vec<u8>> {
                        property double z\nproperty uchar red\nend_header\n"
         .to_vec();
     binary.extend([0_u8; 25]);
-    let head = "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n\
+    let pcd_header = "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n\
                 VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\n";
-    let mut packed = format!("{head}DATA binary_compressed\n").into_bytes();
-    packed.extend([7, 0, 0, 0, 24, 0, 0, 0, 0, 1, 0xE0, 14, 0, 0, 2]);
+    let mut compressed = format!("{pcd_header}DATA binary_compressed\n").into_bytes();
+    compressed.extend([7, 0, 0, 0, 24, 0, 0, 0, 0, 1, 0xE0, 14, 0, 0, 2]);
     vec![
         ascii.as_bytes().to_vec(),
         binary,
-        format!("{head}DATA ascii\n1 2 3\nnan nan nan\n").into_bytes(),
-        [format!("{head}DATA binary\n").as_bytes(), &[0; 24]].concat(),
-        packed,
+        format!("{pcd_header}DATA ascii\n1 2 3\nnan nan nan\n").into_bytes(),
+        [format!("{pcd_header}DATA binary\n").as_bytes(), &[0; 24]].concat(),
+        compressed,
         b"1 2 3\n4,5,6\n# no\n7;8;9 10\n".to_vec(),
     ]
 }

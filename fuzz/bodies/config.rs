@@ -1,22 +1,22 @@
-//! Configuration files: read or refused with their lines told, whatever stands in them.
+//! Configuration files: read, or refused with errors that name a line of the file.
 
-use patrold::config::{KEYS, Layers, Settings, Source, template};
+use patrold::config::{ConfigFile, ConfigLayers, KEYS, Settings, template};
 use std::path::PathBuf;
 
 pub fn run(data: &[u8]) {
     let text = String::from_utf8_lossy(data).into_owned();
     let lines = text.split('\n').count();
-    let mut layers = Layers::defaults();
-    let source = Source {
+    let mut layers = ConfigLayers::defaults();
+    let source = ConfigFile {
         path: PathBuf::from("fuzzed.toml"),
         text,
     };
-    for mistake in layers.add(&source) {
-        assert!(mistake.line <= lines, "line {} of {lines}", mistake.line);
-        assert!(!mistake.to_string().is_empty());
+    for error in layers.add(&source) {
+        assert!(error.line <= lines, "line {} of {lines}", error.line);
+        assert!(!error.to_string().is_empty());
     }
-    if let Err(mistakes) = Settings::build(&layers) {
-        assert!(!mistakes.is_empty());
+    if let Err(errors) = Settings::from_layers(&layers) {
+        assert!(!errors.is_empty());
     }
 }
 

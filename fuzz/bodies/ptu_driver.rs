@@ -1,65 +1,65 @@
-//! The head's driver alone: any bytes at any instant, any request at any time.
+//! The PTU driver alone: any bytes and any request at any time.
 
-use super::feed::{Feed, piece};
-use ptu::{Action, Axis, Event, Head, HeadOptions};
+use super::choices::{Choices, chunk};
+use ptu::{Axis, PtuAction, PtuDriver, PtuEvent, PtuOptions};
 use std::time::Duration;
 
-/// Outputs that one input may cause.
-const MOST_ACTIONS: usize = 1024;
-/// Commands that may wait, with a script of the longest kind before them.
-const MOST_PENDING: usize = 128;
+/// Actions that one input may cause.
+const MAX_ACTIONS: usize = 1024;
+/// Commands that may wait, the longest script included.
+const MAX_PENDING: usize = 128;
 
 pub fn run(data: &[u8]) {
-    let mut feed = Feed(data);
-    let mut head = Head::new(HeadOptions {
-        network_rescue: feed.byte() & 1 == 1,
-        ..HeadOptions::default()
+    let mut choices = Choices(data);
+    let mut driver = PtuDriver::new(PtuOptions {
+        network_rescue: choices.byte() & 1 == 1,
+        ..PtuOptions::default()
     });
     let mut now = Duration::ZERO;
-    head.connect(now);
-    while !feed.is_over() {
-        let axis = feed.one_of(&Axis::BOTH);
-        let number = i32::from(feed.byte()) * 40 - 5000;
-        match feed.byte() % 16 {
-            0 => head.connect(now),
+    driver.connect(now);
+    while !choices.is_over() {
+        let axis = choices.one_of(&Axis::BOTH);
+        let number = i32::from(choices.byte()) * 40 - 5000;
+        match choices.byte() % 16 {
+            0 => driver.connect(now),
             1 => {
-                let _ = head.reset(now);
+                let _ = driver.reset(now);
             }
             2 => {
-                let _ = head.set_speed(axis, number, now);
+                let _ = driver.set_speed(axis, number, now);
             }
             3 => {
-                let _ = head.move_to(axis, number, now);
+                let _ = driver.move_to(axis, number, now);
             }
             4 => {
-                let _ = head.poll_position(axis, now);
+                let _ = driver.poll_position(axis, now);
             }
             5 => {
-                let _ = head.halt(now);
+                let _ = driver.halt(now);
             }
             6 => {
-                let _ = head.query_health(now);
+                let _ = driver.query_health(now);
             }
             7 => {
-                let _ = head.hold_power_low(now);
+                let _ = driver.hold_power_low(now);
             }
             8 | 9 => {
-                now += feed.time();
-                head.handle_deadline(now);
+                now += choices.duration();
+                driver.handle_deadline(now);
             }
             10 => {
-                now = head.deadline().unwrap_or(now).max(now);
-                head.handle_deadline(now);
+                now = driver.deadline().unwrap_or(now).max(now);
+                driver.handle_deadline(now);
             }
-            _ => head.handle_bytes(feed.piece(), now),
+            _ => driver.handle_bytes(choices.chunk(), now),
         }
-        assert!(head.pending() <= MOST_PENDING, "{} wait", head.pending());
-        let connected = head.is_connected();
+        assert!(driver.pending() <= MAX_PENDING, "{} wait", driver.pending());
+        let connected = driver.is_connected();
         for count in 0.. {
-            assert!(count < MOST_ACTIONS, "outputs without end");
-            match head.poll_action() {
+            assert!(count < MAX_ACTIONS, "outputs without end");
+            match driver.poll_action() {
                 None => break,
-                Some(Action::Event(Event::Position {
+                Some(PtuAction::Event(PtuEvent::Position {
                     sent_at,
                     first_byte_at,
                     ..
@@ -69,14 +69,14 @@ pub fn run(data: &[u8]) {
                 Some(_) => {}
             }
         }
-        assert!(connected || !head.position_trusted());
+        assert!(connected || !driver.position_trusted());
     }
 }
 
 pub fn seeds() -> Vec<Vec<u8>> {
-    let say = |text: &str| {
+    let receive = |text: &str| {
         let mut op = vec![0, 0, 15];
-        op.extend(piece(text.as_bytes()));
+        op.extend(chunk(text.as_bytes()));
         op
     };
     let pass = vec![0, 0, 10];
@@ -111,14 +111,14 @@ pub fn seeds() -> Vec<Vec<u8>> {
         "* Input 30 VDC @ 86 degF\r\n",
     ];
     let mut connected = [vec![0], pass.clone()].concat();
-    connected.extend(replies.iter().flat_map(|text| say(text)));
+    connected.extend(replies.iter().flat_map(|text| receive(text)));
     let mut moving = connected.clone();
     moving.extend([1, 130, 3]);
-    moving.extend(say("*\r\n"));
+    moving.extend(receive("*\r\n"));
     moving.extend([1, 130, 4]);
-    moving.extend(say("* 4!T0\r\n"));
+    moving.extend(receive("* 4!T0\r\n"));
     moving.extend([0, 0, 1]);
-    moving.extend(say("!T!T!P!P*\r\n"));
+    moving.extend(receive("!T!T!P!P*\r\n"));
     let banner = "\r\n\r\n### PAN-TILT CONTROLLER\r\n### v2.12\r\nInitializing...!T!T!P!P*\r\n";
-    vec![connected, moving, [vec![0], pass, say(banner)].concat()]
+    vec![connected, moving, [vec![0], pass, receive(banner)].concat()]
 }

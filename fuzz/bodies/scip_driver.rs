@@ -1,19 +1,18 @@
-//! The laser's driver alone: any bytes at any instant, any request at any time.
+//! The laser's driver alone: any bytes at any time, any request at any time.
 
-use super::feed::{Feed, piece};
-use super::scip_sums::Heard;
-use scip::command::span::Span;
-use scip::{Action, Coding, Event, Framer, Sensor, SensorOptions, StreamPlan};
+use super::choices::{Choices, chunk};
+use super::scip_sums::ReceivedBytes;
+use scip::{Framer, LaserAction, LaserEvent, ScipDriver, ScipOptions, StreamPlan, ValueCoding};
 use std::time::Duration;
 
-/// Outputs that one input may cause: a scan has a handful, a piece of 255 bytes some 60 messages at most.
-const MOST_ACTIONS: usize = 512;
+/// Outputs of one input: a scan has a handful, a chunk of 255 bytes at most some 60 messages.
+const MAX_ACTIONS: usize = 512;
 
 pub fn run(data: &[u8]) {
     scans(data);
 }
 
-/// Runs, and tells how many scans came of it.
+/// Returns the number of scans.
 pub fn scans(data: &[u8]) -> usize {
     let mut scans = 0;
     let mut framer = Framer::default();
@@ -21,46 +20,44 @@ pub fn scans(data: &[u8]) -> usize {
     while framer.take(&mut rest, Duration::ZERO).is_some() {}
     assert!(framer.held_bytes() <= scip::constants::MAX_MESSAGE_BYTES);
 
-    let mut feed = Feed(data);
-    let mut sensor = Sensor::new(SensorOptions::default());
-    let mut heard = Heard::default();
+    let mut choices = Choices(data);
+    let mut driver = ScipDriver::new(ScipOptions::default());
+    let mut received = ReceivedBytes::default();
     let mut now = Duration::ZERO;
-    sensor.connect(now);
-    scans += drain(&mut sensor, &heard);
-    while !feed.is_over() {
-        match feed.byte() % 16 {
-            0 => sensor.connect(now),
-            1 => drop(sensor.exchange_time(u32::from(feed.byte()), now)),
-            2 => drop(sensor.start_streaming(plan(&mut feed), now)),
-            3 => sensor.stop(now),
-            4 => drop(sensor.query_info(now)),
-            5 => drop(sensor.single(span(&mut feed), now)),
+    driver.connect(now);
+    scans += drain(&mut driver, &received);
+    while !choices.is_over() {
+        match choices.byte() % 16 {
+            0 => driver.connect(now),
+            1 => drop(driver.exchange_time(u32::from(choices.byte()), now)),
+            2 => drop(driver.start_streaming(plan(&mut choices), now)),
+            3 => driver.stop(now),
             6 | 7 => {
-                now += feed.time();
-                sensor.handle_deadline(now);
+                now += choices.duration();
+                driver.handle_deadline(now);
             }
             8 => {
-                now = sensor.deadline().unwrap_or(now).max(now);
-                sensor.handle_deadline(now);
+                now = driver.deadline().unwrap_or(now).max(now);
+                driver.handle_deadline(now);
             }
             _ => {
-                let bytes = feed.piece();
-                heard.add(bytes);
-                sensor.handle_bytes(bytes, now);
+                let bytes = choices.chunk();
+                received.add(bytes);
+                driver.handle_bytes(bytes, now);
             }
         }
-        scans += drain(&mut sensor, &heard);
+        scans += drain(&mut driver, &received);
     }
     scans
 }
 
-fn drain(sensor: &mut Sensor, heard: &Heard) -> usize {
+fn drain(driver: &mut ScipDriver, received: &ReceivedBytes) -> usize {
     let mut scans = 0;
-    for _ in 0..MOST_ACTIONS {
-        match sensor.poll_action() {
+    for _ in 0..MAX_ACTIONS {
+        match driver.poll_action() {
             None => return scans,
-            Some(Action::Event(Event::Scan { scan, .. })) => {
-                heard.must_hold(&scan);
+            Some(LaserAction::Event(LaserEvent::Scan { scan, .. })) => {
+                received.assert_contains(&scan);
                 scans += 1;
             }
             Some(_) => {}
@@ -69,36 +66,26 @@ fn drain(sensor: &mut Sensor, heard: &Heard) -> usize {
     panic!("outputs without end");
 }
 
-fn span(feed: &mut Feed<'_>) -> Span {
-    let first_step = feed.word() % 1100;
-    Span {
-        first_step,
-        last_step: first_step + u16::from(feed.byte()),
-        cluster: feed.byte() % 4,
-        coding: feed.one_of(&[
-            Coding::ThreeCharacter,
-            Coding::TwoCharacter,
-            Coding::WithIntensity,
-        ]),
-    }
-}
-
-fn plan(feed: &mut Feed<'_>) -> StreamPlan {
-    let span = span(feed);
+fn plan(choices: &mut Choices<'_>) -> StreamPlan {
+    let first_step = choices.u16() % 1100;
     StreamPlan {
-        first_step: span.first_step,
-        last_step: span.last_step,
-        cluster: span.cluster,
-        coding: span.coding,
-        interval: feed.byte() % 11,
-        count: feed.byte() % 101,
+        first_step,
+        last_step: first_step + u16::from(choices.byte()),
+        cluster: choices.byte() % 4,
+        coding: choices.one_of(&[
+            ValueCoding::ThreeCharacter,
+            ValueCoding::TwoCharacter,
+            ValueCoding::WithIntensity,
+        ]),
+        interval: choices.byte() % 11,
+        count: choices.byte() % 101,
     }
 }
 
 pub fn seeds() -> Vec<Vec<u8>> {
-    let say = |text: &str| {
+    let receive = |text: &str| {
         let mut op = vec![15];
-        op.extend(piece(text.as_bytes()));
+        op.extend(chunk(text.as_bytes()));
         op
     };
     let identity = [
@@ -110,18 +97,18 @@ pub fn seeds() -> Vec<Vec<u8>> {
          AMIN:44;7\nAMAX:725;o\nAFRT:384;6\nSCAN:600;e\n\n",
         "II\n00P\nLASR:OFF;7\nMESM:IDLE;:\nTIME:001957;O\nSTAT:Sensor works well.;8\n\n",
     ];
-    let connected: Vec<u8> = identity.iter().flat_map(|text| say(text)).collect();
-    // Steps 44 and 45, no cluster, three characters, every turn, no count.
+    let connected: Vec<u8> = identity.iter().flat_map(|text| receive(text)).collect();
+    // Steps 44 and 45, no cluster, three characters, every revolution, no count.
     let streaming = [&connected[..], &[2, 44, 0, 1, 1, 0, 0, 0]].concat();
     let scan = "MD0044004501000\n99b\nJUGnD\n1Dh06E8\n\n";
     vec![
-        say("QT\nE\n\nSCIP2.0\n0\n\n"),
+        receive("QT\nE\n\nSCIP2.0\n0\n\n"),
         connected,
         [
             streaming,
-            say("MD0044004501000\n00P\n\n"),
-            say(scan),
-            say(scan),
+            receive("MD0044004501000\n00P\n\n"),
+            receive(scan),
+            receive(scan),
         ]
         .concat(),
     ]

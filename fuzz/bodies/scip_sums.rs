@@ -1,26 +1,26 @@
-//! Sums read apart from the driver: no frame with a wrong sum may become a scan (protocol section 3).
+//! Checks sums independently of the driver: no message with a wrong sum may become a scan (scip2 section 3).
 
-use scip::RawScan;
+use scip::LaserScan;
 
-/// The bytes that reached the driver last: enough for some of the greatest replies.
+/// The last bytes that the driver received: enough for several of the largest replies.
 #[derive(Default)]
-pub struct Heard(Vec<u8>);
+pub struct ReceivedBytes(Vec<u8>);
 
-const KEPT: usize = 64 * 1024;
+const MAX_KEPT: usize = 64 * 1024;
 
-impl Heard {
+impl ReceivedBytes {
     pub fn add(&mut self, bytes: &[u8]) {
         self.0.extend_from_slice(bytes);
-        let over = self.0.len().saturating_sub(KEPT);
+        let over = self.0.len().saturating_sub(MAX_KEPT);
         self.0.drain(..over);
     }
 
-    /// Panics unless these bytes hold a message, every sum of it right, that says what `scan` says.
-    pub fn must_hold(&self, scan: &RawScan) {
+    /// Panics unless these bytes hold a message with the content of `scan` and all sums right.
+    pub fn assert_contains(&self, scan: &LaserScan) {
         let lines: Vec<&[u8]> = self.0.split(|byte| *byte == b'\n').collect();
         let messages = lines.split(|line| line.is_empty());
-        let held = messages.clone().any(|message| says(message, scan));
-        assert!(held, "a scan that no intact message holds: {scan:?}");
+        let contained = messages.clone().any(|message| matches_scan(message, scan));
+        assert!(contained, "a scan that no intact message holds: {scan:?}");
     }
 }
 
@@ -40,7 +40,7 @@ fn number(characters: &[u8]) -> Option<u32> {
     })
 }
 
-fn says(message: &[&[u8]], scan: &RawScan) -> bool {
+fn matches_scan(message: &[&[u8]], scan: &LaserScan) -> bool {
     let [_, status, stamp, data @ ..] = message else {
         return false;
     };
@@ -56,20 +56,21 @@ fn says(message: &[&[u8]], scan: &RawScan) -> bool {
         };
         characters.extend_from_slice(body);
     }
-    let width = if scan.coding == scip::Coding::TwoCharacter {
+    let width = if scan.coding == scip::ValueCoding::TwoCharacter {
         2
     } else {
         3
     };
-    let told: Option<Vec<u32>> = characters.chunks(width).map(number).collect();
-    let Some(told) = told else {
+    let values: Option<Vec<u32>> = characters.chunks(width).map(number).collect();
+    let Some(values) = values else {
         return false;
     };
     if scan.intensities.is_empty() {
-        return told == scan.ranges;
+        return values == scan.ranges;
     }
     let pairs = scan.ranges.iter().zip(&scan.intensities);
-    told == pairs
-        .flat_map(|(range, light)| [*range, *light])
-        .collect::<Vec<u32>>()
+    values
+        == pairs
+            .flat_map(|(range, light)| [*range, *light])
+            .collect::<Vec<u32>>()
 }

@@ -1,4 +1,4 @@
-//! Texts of a command line: faults and options of the emulated devices. A refusal is one line.
+//! Parsers of fault specifications and emulator options. A fault error is one line.
 
 use patrold_sim::emulator::EmulatedFault;
 
@@ -8,14 +8,16 @@ pub fn run(data: &[u8]) {
         if let Err(error) = line.parse::<EmulatedFault>() {
             assert!(!error.to_string().contains('\n'), "{error}");
         }
-        let _ = scip::twin::TwinOptions::default().set(line);
-        let _ = ptu::twin::TwinOptions::default().set(line);
+        let _ = scip::emulator::LaserOptions::default().set(line);
+        let _ = ptu::emulator::HeadOptions::default().set(line);
     }
 }
 
 pub fn seeds() -> Vec<Vec<u8>> {
-    let laser = scip::twin::Fault::kinds().map(|kind| format!("laser.{kind}:at=1,for=2.5,count=3"));
-    let head = ptu::twin::FaultKind::kinds().map(|kind| format!("ptu.{kind}:at=1s,for=300ms"));
+    let laser = scip::emulator::LaserFault::kinds()
+        .map(|kind| format!("laser.{kind}:at=1,for=2.5,count=3"));
+    let head =
+        ptu::emulator::HeadFaultKind::kinds().map(|kind| format!("ptu.{kind}:at=1s,for=300ms"));
     let others = [
         "laser.unplug:at=1,for=2,as=/dev/x,power=kept",
         "laser.verify:status=31\nlaser.timer-set:to=16777\nptu.event:which=T,within=3,count=2",

@@ -1,24 +1,24 @@
-//! An alarm as an incident: one change of one place, from the first visit that saw it to the last.
+//! An alarm as an incident: one change at one waypoint, from the first visit that saw it to the last.
 
 use nalgebra::Point3;
-use patrold_engine::novelty::Kind;
+use patrold_engine::novelty::NoveltyKind;
 use std::fmt;
 use std::str::FromStr;
 
-/// Where an alarm stands.
+/// State of an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum State {
-    /// Raised; nobody has said that they saw it.
+pub enum AlarmState {
+    /// Not acknowledged.
     Open,
-    /// Somebody saw it; the change is still there.
+    /// Acknowledged; the change is still there.
     Acknowledged,
-    /// The place was seen without the change since, or was taught anew.
+    /// A later visit did not see the change, or the place was taught again.
     Cleared,
 }
 
-impl State {
-    /// The word that stands in the database and in JSON.
-    pub fn word(self) -> &'static str {
+impl AlarmState {
+    /// As in the database and in JSON.
+    pub fn as_str(self) -> &'static str {
         match self {
             Self::Open => "open",
             Self::Acknowledged => "acknowledged",
@@ -27,37 +27,37 @@ impl State {
     }
 }
 
-impl fmt::Display for State {
+impl fmt::Display for AlarmState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.word())
+        f.write_str(self.as_str())
     }
 }
 
-impl FromStr for State {
+impl FromStr for AlarmState {
     type Err = String;
 
-    fn from_str(word: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, String> {
         [Self::Open, Self::Acknowledged, Self::Cleared]
             .into_iter()
-            .find(|state| state.word() == word)
-            .ok_or_else(|| format!("expected open, acknowledged or cleared, got {word:?}"))
+            .find(|state| state.as_str() == text)
+            .ok_or_else(|| format!("expected open, acknowledged or cleared, got {text:?}"))
     }
 }
 
-/// One thing that came or went, as far as recognising it again goes.
+/// A novelty, as far as needed to recognize it in a later visit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sighting {
-    /// Came or went.
-    pub kind: Kind,
-    /// Its centre in the waypoint's reference frame, metres.
+    /// Appeared or disappeared.
+    pub kind: NoveltyKind,
+    /// Centre in the waypoint's reference frame, metres.
     pub centre: Point3<f64>,
 }
 
-/// An alarm that is not cleared.
+/// A standing alarm: one that is not cleared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Incident {
-    /// Its number in the log.
+    /// Number of the alarm.
     pub id: i64,
-    /// What its visits have seen so far.
+    /// Novelties of its visits.
     pub sightings: Vec<Sighting>,
 }

@@ -1,7 +1,7 @@
-//! Takes what a visit saw, gives what becomes of the waypoint's alarms: raise, fold into one that stands, clear.
+//! The effect of a visit on its waypoint's alarms: raise a new one, extend a standing one, clear those that are over.
 
 mod incident;
 mod rule;
 
-pub use incident::{Incident, Sighting, State};
-pub use rule::{Decision, decide};
+pub use incident::{AlarmState, Incident, Sighting};
+pub use rule::{AlarmDecision, decide};

@@ -1,31 +1,31 @@
-//! The rule: what a visit does to the alarms of its waypoint.
+//! The rule that decides the effect of a visit on the alarms of its waypoint.
 
 use super::incident::{Incident, Sighting};
 use patrold_engine::novelty::Verdict;
 
-/// What is to be done.
+/// A change of the alarm log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Decision {
-    /// A change that no standing alarm knows: raise a new one.
+pub enum AlarmDecision {
+    /// Raise a new alarm: no standing alarm has this change.
     Raise,
-    /// Everything seen belongs to this alarm: note the visit under it.
-    Fold(i64),
-    /// The change of this alarm is gone.
+    /// Add the visit to this alarm: it has all novelties of the visit.
+    Extend(i64),
+    /// Clear this alarm: its change is gone.
     Clear(i64),
 }
 
-/// Decides from one visit's verdict, the things it saw and the alarms that stand at the waypoint.
+/// Decides from the verdict of a visit, its novelties and the standing alarms of the waypoint.
 ///
-/// A changed place folds into a standing alarm only if that alarm knows every single thing seen (same
-/// kind, centre within `same_place_m` metres), so a second intruder is never hidden by the first.
-/// A quiet place clears each standing alarm of which it shows nothing any more; one whose thing is still
-/// there (found, but too small to reach the threshold) stands. A place that was not observed changes nothing.
+/// A changed visit extends a standing alarm only if every novelty matches one of the alarm's (same kind, centres within
+/// `same_place_m` metres), so that a second intruder is not hidden by the first. A quiet visit clears each standing alarm
+/// of which it saw no novelty; a novelty too small to reach the threshold keeps its alarm. A visit that did not observe the
+/// place changes nothing.
 pub fn decide(
     verdict: Verdict,
     seen: &[Sighting],
     standing: &[Incident],
     same_place_m: f64,
-) -> Vec<Decision> {
+) -> Vec<AlarmDecision> {
     match verdict {
         Verdict::NotObserved => Vec::new(),
         Verdict::Quiet => standing
@@ -33,38 +33,40 @@ pub fn decide(
             .filter(|incident| {
                 !seen
                     .iter()
-                    .any(|thing| knows(incident, thing, same_place_m))
+                    .any(|sighting| matches(incident, sighting, same_place_m))
             })
-            .map(|incident| Decision::Clear(incident.id))
+            .map(|incident| AlarmDecision::Clear(incident.id))
             .collect(),
         Verdict::Changed => {
-            let knows_all = |incident: &&Incident| {
+            let matches_all = |incident: &&Incident| {
                 seen.iter()
-                    .all(|thing| knows(incident, thing, same_place_m))
+                    .all(|sighting| matches(incident, sighting, same_place_m))
             };
             let decision = standing
                 .iter()
-                .filter(knows_all)
+                .filter(matches_all)
                 .max_by_key(|incident| incident.id)
-                .map_or(Decision::Raise, |incident| Decision::Fold(incident.id));
+                .map_or(AlarmDecision::Raise, |incident| {
+                    AlarmDecision::Extend(incident.id)
+                });
             vec![decision]
         }
     }
 }
 
-fn knows(incident: &Incident, thing: &Sighting, same_place_m: f64) -> bool {
+fn matches(incident: &Incident, sighting: &Sighting, same_place_m: f64) -> bool {
     incident.sightings.iter().any(|known| {
-        known.kind == thing.kind && (known.centre - thing.centre).norm() <= same_place_m
+        known.kind == sighting.kind && (known.centre - sighting.centre).norm() <= same_place_m
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Decision, Incident, Sighting, decide};
+    use super::{AlarmDecision, Incident, Sighting, decide};
     use nalgebra::Point3;
-    use patrold_engine::novelty::{Kind, Verdict};
+    use patrold_engine::novelty::{NoveltyKind, Verdict};
 
-    fn at(x: f64, kind: Kind) -> Sighting {
+    fn at(x: f64, kind: NoveltyKind) -> Sighting {
         let centre = Point3::new(x, 0.0, 0.0);
         Sighting { kind, centre }
     }
@@ -75,48 +77,57 @@ mod tests {
     }
 
     #[test]
-    fn the_same_thing_seen_again_is_one_alarm() {
-        let standing = [incident(3, &[at(1.0, Kind::Appeared)])];
-        let seen = [at(1.2, Kind::Appeared)];
+    fn the_same_novelty_seen_again_is_one_alarm() {
+        let standing = [incident(3, &[at(1.0, NoveltyKind::Appeared)])];
+        let seen = [at(1.2, NoveltyKind::Appeared)];
         let decisions = decide(Verdict::Changed, &seen, &standing, 0.5);
-        assert_eq!(decisions, [Decision::Fold(3)]);
+        assert_eq!(decisions, [AlarmDecision::Extend(3)]);
     }
 
     #[test]
-    fn a_second_thing_is_a_second_alarm() {
-        let standing = [incident(3, &[at(1.0, Kind::Appeared)])];
-        let seen = [at(1.2, Kind::Appeared), at(4.0, Kind::Appeared)];
-        let decisions = decide(Verdict::Changed, &seen, &standing, 0.5);
-        assert_eq!(decisions, [Decision::Raise]);
-    }
-
-    #[test]
-    fn a_thing_gone_is_not_the_thing_that_came() {
-        let standing = [incident(3, &[at(1.0, Kind::Appeared)])];
-        let seen = [at(1.0, Kind::Disappeared)];
-        let decisions = decide(Verdict::Changed, &seen, &standing, 0.5);
-        assert_eq!(decisions, [Decision::Raise]);
-    }
-
-    #[test]
-    fn quiet_keeps_an_alarm_whose_thing_is_still_there() {
-        let standing = [
-            incident(3, &[at(1.0, Kind::Appeared), at(2.0, Kind::Appeared)]),
-            incident(5, &[at(4.0, Kind::Appeared)]),
+    fn a_second_novelty_is_a_second_alarm() {
+        let standing = [incident(3, &[at(1.0, NoveltyKind::Appeared)])];
+        let seen = [
+            at(1.2, NoveltyKind::Appeared),
+            at(4.0, NoveltyKind::Appeared),
         ];
-        let still_there = [at(2.1, Kind::Appeared)];
+        let decisions = decide(Verdict::Changed, &seen, &standing, 0.5);
+        assert_eq!(decisions, [AlarmDecision::Raise]);
+    }
+
+    #[test]
+    fn disappeared_does_not_match_appeared() {
+        let standing = [incident(3, &[at(1.0, NoveltyKind::Appeared)])];
+        let seen = [at(1.0, NoveltyKind::Disappeared)];
+        let decisions = decide(Verdict::Changed, &seen, &standing, 0.5);
+        assert_eq!(decisions, [AlarmDecision::Raise]);
+    }
+
+    #[test]
+    fn quiet_keeps_an_alarm_whose_novelty_is_still_there() {
+        let standing = [
+            incident(
+                3,
+                &[
+                    at(1.0, NoveltyKind::Appeared),
+                    at(2.0, NoveltyKind::Appeared),
+                ],
+            ),
+            incident(5, &[at(4.0, NoveltyKind::Appeared)]),
+        ];
+        let still_there = [at(2.1, NoveltyKind::Appeared)];
         let decisions = decide(Verdict::Quiet, &still_there, &standing, 0.5);
-        assert_eq!(decisions, [Decision::Clear(5)]);
+        assert_eq!(decisions, [AlarmDecision::Clear(5)]);
     }
 
     #[test]
     fn quiet_clears_all_and_not_observed_none() {
         let standing = [
-            incident(3, &[at(1.0, Kind::Appeared)]),
-            incident(5, &[at(4.0, Kind::Appeared)]),
+            incident(3, &[at(1.0, NoveltyKind::Appeared)]),
+            incident(5, &[at(4.0, NoveltyKind::Appeared)]),
         ];
         let cleared = decide(Verdict::Quiet, &[], &standing, 0.5);
-        assert_eq!(cleared, [Decision::Clear(3), Decision::Clear(5)]);
+        assert_eq!(cleared, [AlarmDecision::Clear(3), AlarmDecision::Clear(5)]);
         assert!(decide(Verdict::NotObserved, &[], &standing, 0.5).is_empty());
     }
 }

@@ -1,4 +1,4 @@
-//! Alarms as people and programs read them: table, sentences, JSON, CSV.
+//! Alarms as table, text, JSON and CSV.
 
 use super::failure::Failure;
 use super::table;
@@ -7,8 +7,8 @@ use crate::store::AlarmRow;
 use patrold_engine::report::NoveltyRecord;
 use serde_json::{Value, json};
 
-/// The log as people read it: one line per alarm, one sentence per thing.
-pub fn alarm_table(alarms: &[AlarmRow]) -> String {
+/// One row per alarm, one line per novelty.
+pub(super) fn alarm_table(alarms: &[AlarmRow]) -> String {
     let mut rows = table::table(&[
         "id",
         "raised",
@@ -18,21 +18,21 @@ pub fn alarm_table(alarms: &[AlarmRow]) -> String {
         "what, where (m), shape",
     ]);
     for alarm in alarms {
-        let things: Vec<String> = alarm.novelties.iter().map(describe).collect();
+        let novelties: Vec<String> = alarm.novelties.iter().map(novelty_text).collect();
         rows.add_row([
             alarm.id.to_string(),
             alarm.raised_at.clone(),
             alarm.waypoint.clone(),
             alarm.state.clone(),
-            distance(alarm.d_gmm, 4, alarm),
-            things.join("\n"),
+            distance_text(alarm.d_gmm, 4, alarm),
+            novelties.join("\n"),
         ]);
     }
     rows.to_string()
 }
 
-/// One thing that came or went, in one sentence.
-pub fn describe(novelty: &NoveltyRecord) -> String {
+/// A novelty in one line.
+pub(super) fn novelty_text(novelty: &NoveltyRecord) -> String {
     let moved = if novelty.moved_from.is_some() {
         " (moved)"
     } else {
@@ -48,12 +48,12 @@ pub fn describe(novelty: &NoveltyRecord) -> String {
     format!(
         "{}{moved} at {}: {shape}",
         novelty.kind,
-        table::place(novelty.centre)
+        table::format_point(novelty.centre)
     )
 }
 
-/// Everything about one alarm, for people.
-pub fn details(alarm: &AlarmRow, settings: &Settings) -> String {
+/// All about one alarm.
+pub(super) fn alarm_text(alarm: &AlarmRow, settings: &Settings) -> String {
     let mut lines = vec![
         format!("alarm {} at {}: {}", alarm.id, alarm.waypoint, alarm.state),
         format!(
@@ -62,8 +62,8 @@ pub fn details(alarm: &AlarmRow, settings: &Settings) -> String {
         ),
         format!(
             "  d_GMM {}, U_th {}: {}",
-            distance(alarm.d_gmm, 6, alarm),
-            distance(alarm.u_th, 6, alarm),
+            distance_text(alarm.d_gmm, 6, alarm),
+            distance_text(alarm.u_th, 6, alarm),
             alarm.reason
         ),
         format!("  positions in the frame of reference {}", alarm.frame),
@@ -79,10 +79,10 @@ pub fn details(alarm: &AlarmRow, settings: &Settings) -> String {
     }
     for novelty in &alarm.novelties {
         let on_map = map_centre(alarm, novelty, settings)
-            .map(|p| format!(", on the map at {}", table::place(p)));
+            .map(|p| format!(", on the map at {}", table::format_point(p)));
         lines.push(format!(
             "  {}{}, {} points",
-            describe(novelty),
+            novelty_text(novelty),
             on_map.unwrap_or_default(),
             novelty.points
         ));
@@ -90,8 +90,8 @@ pub fn details(alarm: &AlarmRow, settings: &Settings) -> String {
     lines.join("\n")
 }
 
-/// A distance with the unit of the ground distance it was taken with; fm has none.
-fn distance(x: Option<f64>, digits: usize, alarm: &AlarmRow) -> String {
+/// A distance with the unit of its ground distance; `fm` has none.
+fn distance_text(x: Option<f64>, digits: usize, alarm: &AlarmRow) -> String {
     let unit = match alarm.ground.as_deref() {
         Some("w2" | "euclid") => " m",
         _ => "",
@@ -99,7 +99,7 @@ fn distance(x: Option<f64>, digits: usize, alarm: &AlarmRow) -> String {
     x.map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}{unit}"))
 }
 
-/// Centre of a novelty on the site's map, where the waypoint's place on it is configured; heights stay as they are.
+/// Centre of a novelty on the site's map, where `map_pose` of the waypoint is configured. Heights are unchanged.
 fn map_centre(alarm: &AlarmRow, novelty: &NoveltyRecord, settings: &Settings) -> Option<[f64; 3]> {
     let [x, y, yaw_rad] = settings.waypoints.get(&alarm.waypoint)?.map_pose?;
     let [cx, cy, cz] = novelty.centre;
@@ -107,33 +107,33 @@ fn map_centre(alarm: &AlarmRow, novelty: &NoveltyRecord, settings: &Settings) ->
     Some([x + cos * cx - sin * cy, y + sin * cx + cos * cy, cz])
 }
 
-/// An alarm as JSON, with each thing's place on the map where that is configured.
-pub fn record(alarm: &AlarmRow, settings: &Settings) -> Value {
+/// An alarm as JSON, with `map_centre` of each novelty where `map_pose` is configured.
+pub(super) fn alarm_json(alarm: &AlarmRow, settings: &Settings) -> Value {
     let mut value = json!(alarm);
-    if let Some(Value::Array(told)) = value.get_mut("novelties") {
-        for (novelty, told) in alarm.novelties.iter().zip(told) {
-            if let (Some(centre), Value::Object(told)) =
-                (map_centre(alarm, novelty, settings), told)
+    if let Some(Value::Array(records)) = value.get_mut("novelties") {
+        for (novelty, record) in alarm.novelties.iter().zip(records) {
+            if let (Some(centre), Value::Object(record)) =
+                (map_centre(alarm, novelty, settings), record)
             {
-                told.insert("map_centre".to_owned(), json!(centre));
+                record.insert("map_centre".to_owned(), json!(centre));
             }
         }
     }
     value
 }
 
-/// One JSON object a line.
-///
-/// # Errors
-/// Never with alarms that were read from the log.
-pub fn json_lines(alarms: &[AlarmRow], settings: &Settings) -> Result<String, Failure> {
-    let line = |alarm| serde_json::to_string(&record(alarm, settings)).map(|line| line + "\n");
+/// One JSON object per line.
+pub(super) fn alarm_json_lines(
+    alarms: &[AlarmRow],
+    settings: &Settings,
+) -> Result<String, Failure> {
+    let line = |alarm| serde_json::to_string(&alarm_json(alarm, settings)).map(|line| line + "\n");
     let lines: Result<String, _> = alarms.iter().map(line).collect();
     lines.map_err(Failure::failed)
 }
 
-/// One line per thing that came or went.
-pub fn csv(alarms: &[AlarmRow], settings: &Settings) -> String {
+/// One line per novelty.
+pub(super) fn alarm_csv(alarms: &[AlarmRow], settings: &Settings) -> String {
     let mut text = "id,waypoint,state,raised_at,last_seen_at,d_gmm,u_th,kind,x_m,y_m,z_m,class,\
                     size_x_m,size_y_m,size_z_m,note,map_x_m,map_y_m,map_z_m\n"
         .to_owned();
@@ -146,15 +146,15 @@ pub fn csv(alarms: &[AlarmRow], settings: &Settings) -> String {
                 alarm.state.clone(),
                 alarm.raised_at.clone(),
                 alarm.last_seen_at.clone(),
-                figure(alarm.d_gmm),
-                figure(alarm.u_th),
+                number_cell(alarm.d_gmm),
+                number_cell(alarm.u_th),
                 n.kind.clone(),
             ];
-            cells.extend(n.centre.map(|x| figure(Some(x))));
+            cells.extend(n.centre.map(|x| number_cell(Some(x))));
             cells.push(class.to_owned());
-            cells.extend(three(n.shape.as_ref().map(|shape| shape.size)));
+            cells.extend(xyz_cells(n.shape.as_ref().map(|shape| shape.size)));
             cells.push(quoted(alarm.note.as_deref().unwrap_or("")));
-            cells.extend(three(map_centre(alarm, n, settings)));
+            cells.extend(xyz_cells(map_centre(alarm, n, settings)));
             text.push_str(&cells.join(","));
             text.push('\n');
         }
@@ -166,14 +166,14 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }
 
-fn three(of: Option<[f64; 3]>) -> [String; 3] {
-    of.map_or([const { String::new() }; 3], |of| {
-        of.map(|x| figure(Some(x)))
+fn xyz_cells(values: Option<[f64; 3]>) -> [String; 3] {
+    values.map_or([const { String::new() }; 3], |values| {
+        values.map(|x| number_cell(Some(x)))
     })
 }
 
-/// A figure of a cell; empty where there is none.
-fn figure(x: Option<f64>) -> String {
+/// Empty where there is no number.
+fn number_cell(x: Option<f64>) -> String {
     x.filter(|x| x.is_finite())
         .map_or_else(String::new, |x| x.to_string())
 }

@@ -1,22 +1,21 @@
-//! `patrold alarms list|show|ack|export`: the alarm log, read from the database whether or not the service runs.
+//! `patrold alarms list|show|ack|export`: the alarm log, from the database whether or not the service runs.
 
-use super::alarm_report::{alarm_table, csv, details, json_lines, record};
-use super::failure::{DONE, Failure, Outcome};
-use super::{config, files, output, when};
-use crate::alarm::State;
+use super::alarm_report::{alarm_csv, alarm_json, alarm_json_lines, alarm_table, alarm_text};
+use super::failure::{CommandResult, DONE, Failure};
+use super::{config, files, output, time_arg};
+use crate::alarm::AlarmState;
 use crate::config::Settings;
-use crate::service::stamp_now;
+use crate::service::record_time_now;
 use crate::store::{AlarmFilter, Store};
 use clap::{Args, Subcommand, ValueEnum};
 use jiff::Timestamp;
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Arguments of `alarms`.
 #[derive(Debug, Args)]
-pub struct AlarmsArgs {
+pub(super) struct AlarmsArgs {
     #[command(subcommand)]
-    action: Option<Action>,
+    action: Option<AlarmsAction>,
     /// Configuration file
     #[arg(long, value_name = "FILE", global = true)]
     config: Option<PathBuf>,
@@ -24,16 +23,16 @@ pub struct AlarmsArgs {
     #[arg(long, global = true)]
     json: bool,
     #[command(flatten)]
-    filters: Filters,
+    filters: AlarmFilterArgs,
 }
 
 #[derive(Debug, Subcommand)]
-enum Action {
+enum AlarmsAction {
     /// List alarms, newest first
-    List(Filters),
-    /// Show one alarm with everything known about it
+    List(AlarmFilterArgs),
+    /// Show all details of one alarm
     Show {
-        /// The alarm's number
+        /// Number of the alarm
         id: i64,
     },
     /// Acknowledge an alarm
@@ -43,74 +42,76 @@ enum Action {
 }
 
 #[derive(Debug, Clone, Args)]
-struct Filters {
+struct AlarmFilterArgs {
     /// Only alarms whose change was last seen at or after this time (RFC 3339, a date, or 3h ago)
-    #[arg(long, value_name = "TIME", value_parser = when::parse_from_now)]
+    #[arg(long, value_name = "TIME", value_parser = time_arg::parse_time)]
     since: Option<Timestamp>,
     /// Only alarms raised at or before this time
-    #[arg(long, value_name = "TIME", value_parser = when::parse_from_now)]
+    #[arg(long, value_name = "TIME", value_parser = time_arg::parse_time)]
     until: Option<Timestamp>,
     /// Only alarms of this waypoint
     #[arg(long, value_name = "NAME")]
     waypoint: Option<String>,
     /// Only alarms in this state: open, acknowledged or cleared
     #[arg(long)]
-    state: Option<State>,
-    /// Only the newest so many
+    state: Option<AlarmState>,
+    /// Only the newest N alarms
     #[arg(long, value_name = "N")]
     limit: Option<u32>,
 }
 
 #[derive(Debug, Args)]
 struct AckArgs {
-    /// The alarm's number
+    /// Number of the alarm
     id: i64,
-    /// Who acknowledges [default: the user's login name]
+    /// Who acknowledges it [default: the user's login name]
     #[arg(long, value_name = "NAME")]
     by: Option<String>,
-    /// What there is to say about it
+    /// A note to keep with the alarm
     #[arg(long, value_name = "TEXT")]
     note: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
-    /// One JSON object a line
+enum ExportFormat {
+    /// One JSON object per alarm
     Jsonl,
-    /// One line per thing that came or went
+    /// One line per novelty
     Csv,
 }
 
 #[derive(Debug, Args)]
 struct ExportArgs {
     #[command(flatten)]
-    filters: Filters,
-    /// How to write them [default: jsonl]
+    filters: AlarmFilterArgs,
+    /// Output format [default: jsonl]
     #[arg(long, value_enum)]
-    format: Option<Format>,
-    /// Where to [default: standard output]
+    format: Option<ExportFormat>,
+    /// Output file [default: standard output]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
-/// Runs `alarms`.
-pub fn run(args: &AlarmsArgs) -> Outcome {
-    let settings = config::settings(args.config.as_deref())?;
-    let before = &args.filters;
+pub(super) fn run(args: &AlarmsArgs) -> CommandResult {
+    let settings = config::load_settings(args.config.as_deref())?;
+    // Filters may also stand before the action.
+    let outer = &args.filters;
     match &args.action {
-        None => list(args, before.filter(), &settings),
-        Some(Action::List(filters)) => list(args, filters.or(before).filter(), &settings),
-        Some(Action::Export(export_args)) => export(args, export_args, &settings),
-        Some(Action::Show { .. } | Action::Ack(_)) if !before.is_empty() => Err(Failure::Usage(
-            "--since, --until, --waypoint, --state and --limit belong to list and export"
-                .to_owned(),
-        )),
-        Some(Action::Show { id }) => show(args, *id, &settings),
-        Some(Action::Ack(ack_args)) => acknowledge(args, ack_args, &settings),
+        None => list(args, outer.filter(), &settings),
+        Some(AlarmsAction::List(filters)) => list(args, filters.or(outer).filter(), &settings),
+        Some(AlarmsAction::Export(export_args)) => export(args, export_args, &settings),
+        Some(AlarmsAction::Show { .. } | AlarmsAction::Ack(_)) if !outer.is_empty() => {
+            Err(Failure::Usage(
+                "--since, --until, --waypoint, --state and --limit belong to list and export"
+                    .to_owned(),
+            ))
+        }
+        Some(AlarmsAction::Show { id }) => show(args, *id, &settings),
+        Some(AlarmsAction::Ack(ack_args)) => acknowledge(args, ack_args, &settings),
     }
 }
 
-impl Filters {
+impl AlarmFilterArgs {
     fn filter(&self) -> AlarmFilter {
         AlarmFilter {
             since: self.since,
@@ -121,14 +122,14 @@ impl Filters {
         }
     }
 
-    /// These, and those given before the command's name where these say nothing.
-    fn or(&self, before: &Self) -> Self {
+    /// These filters; where one is not given, that of `outer`.
+    fn or(&self, outer: &Self) -> Self {
         Self {
-            since: self.since.or(before.since),
-            until: self.until.or(before.until),
-            waypoint: self.waypoint.clone().or_else(|| before.waypoint.clone()),
-            state: self.state.or(before.state),
-            limit: self.limit.or(before.limit),
+            since: self.since.or(outer.since),
+            until: self.until.or(outer.until),
+            waypoint: self.waypoint.clone().or_else(|| outer.waypoint.clone()),
+            state: self.state.or(outer.state),
+            limit: self.limit.or(outer.limit),
         }
     }
 
@@ -141,11 +142,11 @@ impl Filters {
     }
 }
 
-fn list(args: &AlarmsArgs, filter: AlarmFilter, settings: &Settings) -> Outcome {
+fn list(args: &AlarmsArgs, filter: AlarmFilter, settings: &Settings) -> CommandResult {
     let alarms = Store::open_for_reading(&settings.store.dir)?.alarms(&filter)?;
     if args.json {
-        let told: Vec<_> = alarms.iter().map(|a| record(a, settings)).collect();
-        output::json(&json!({"alarms": told}))?;
+        let records: Vec<_> = alarms.iter().map(|a| alarm_json(a, settings)).collect();
+        output::json(&json!({"alarms": records}))?;
     } else if alarms.is_empty() {
         output::line("no alarms")?;
     } else {
@@ -154,43 +155,43 @@ fn list(args: &AlarmsArgs, filter: AlarmFilter, settings: &Settings) -> Outcome 
     Ok(DONE)
 }
 
-fn show(args: &AlarmsArgs, id: i64, settings: &Settings) -> Outcome {
+fn show(args: &AlarmsArgs, id: i64, settings: &Settings) -> CommandResult {
     let alarm = Store::open_for_reading(&settings.store.dir)?.alarm(id)?;
     if args.json {
-        output::json(&record(&alarm, settings))?;
+        output::json(&alarm_json(&alarm, settings))?;
     } else {
-        output::line(details(&alarm, settings))?;
+        output::line(alarm_text(&alarm, settings))?;
     }
     Ok(DONE)
 }
 
-fn acknowledge(args: &AlarmsArgs, ack: &AckArgs, settings: &Settings) -> Outcome {
+fn acknowledge(args: &AlarmsArgs, ack: &AckArgs, settings: &Settings) -> CommandResult {
     let mut store = Store::open_existing(&settings.store.dir)?;
     let login = || std::env::var("USER").unwrap_or_else(|_| "unknown".to_owned());
     let by = ack.by.clone().unwrap_or_else(login);
-    let alarm = store.acknowledge(ack.id, &by, ack.note.as_deref(), &stamp_now())?;
+    let alarm = store.acknowledge(ack.id, &by, ack.note.as_deref(), &record_time_now())?;
     if args.json {
-        output::json(&record(&alarm, settings))?;
+        output::json(&alarm_json(&alarm, settings))?;
     } else {
         output::line(format!(
-            "alarm {} is {}, noted for {by}",
+            "alarm {}: acknowledgement by {by} stored; state {}",
             alarm.id, alarm.state
         ))?;
     }
     Ok(DONE)
 }
 
-fn export(args: &AlarmsArgs, export: &ExportArgs, settings: &Settings) -> Outcome {
-    if args.json && export.format == Some(Format::Csv) {
+fn export(args: &AlarmsArgs, export: &ExportArgs, settings: &Settings) -> CommandResult {
+    if args.json && export.format == Some(ExportFormat::Csv) {
         return Err(Failure::Usage(
-            "--json and --format csv contradict each other; choose one".to_owned(),
+            "--json and --format csv exclude each other; give one".to_owned(),
         ));
     }
     let filter = export.filters.or(&args.filters).filter();
     let alarms = Store::open_for_reading(&settings.store.dir)?.alarms(&filter)?;
-    let text = match export.format.unwrap_or(Format::Jsonl) {
-        Format::Jsonl => json_lines(&alarms, settings)?,
-        Format::Csv => csv(&alarms, settings),
+    let text = match export.format.unwrap_or(ExportFormat::Jsonl) {
+        ExportFormat::Jsonl => alarm_json_lines(&alarms, settings)?,
+        ExportFormat::Csv => alarm_csv(&alarms, settings),
     };
     match &export.out {
         None if text.is_empty() => {}

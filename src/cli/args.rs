@@ -1,90 +1,98 @@
-//! The command line as a whole, and the way from a command to its exit code.
+//! The command line: every command with its arguments, and the exit code of a run.
 
-use super::failure::Outcome;
+use super::failure::CommandResult;
 use super::{
     alarms, calibrate, compare, config, demo, devices, distance, emulate, evaluate, fit, rejudge,
-    reproduce, run as service, shapes, sweep, teach, visit, waypoints,
+    reproduce, run as run_command, shapes, sweep, teach, visit, waypoints,
 };
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
-/// Guards a building from a patrol robot: sweeps each waypoint in 3D, finds what changed, says its shape, raises alarms.
+/// Guards a building from a patrol robot: sweeps each waypoint in 3D, finds what changed and its shape, raises alarms
 #[derive(Debug, Parser)]
 #[command(name = "patrold", version, max_term_width = 100)]
 pub struct Cli {
     #[command(subcommand)]
-    command: Command,
+    command: CliCommand,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
-    /// The whole job with no hardware: emulated devices, three rounds, the log against the truth
+enum CliCommand {
+    /// Run a patrol without hardware: emulated devices, three rounds, alarms checked against the truth
     Demo(demo::DemoArgs),
-    /// The service: sweeps and judges on request, until stopped
-    Run(service::RunArgs),
-    /// Ask the running service: the robot stands at NAME, inspect it
+    /// Run the service: sweep and inspect on request, until stopped
+    Run(run_command::RunArgs),
+    /// Inspect waypoint NAME
+    ///
+    /// The robot must be at the waypoint and the service must run. The exit code is 0 for quiet, 10 for changed, 11 for not
+    /// observed.
     Visit(visit::VisitArgs),
-    /// Ask the running service: the robot stands at NAME, take its reference
+    /// Take the reference of waypoint NAME
+    ///
+    /// The robot must be at the waypoint and the service must run.
     Teach(teach::TeachArgs),
-    /// Compare recorded clouds with the engine of the service
+    /// Compare two recorded clouds, or all pairs of a manifest
     Compare(compare::CompareArgs),
-    /// Both devices, byte for byte, on pseudo-terminals, until interrupted
+    /// Emulate both devices on pseudo-terminals
+    ///
+    /// Runs until interrupted. JSON lines on standard input command it: {"at": [x, y, yaw]} (metres, radians) moves the robot,
+    /// {"scene": FILE} changes the world, {"fault": SPEC} injects a fault.
     Emulate(emulate::EmulateArgs),
-    /// Who answers on the ports: model, serial number, firmware, limits, health
+    /// Show the connected devices: model, serial number, firmware, limits, health
     Devices(devices::DevicesArgs),
-    /// One sweep of the place around the robot, as a cloud
+    /// Take one sweep and write it as a cloud
     Sweep(sweep::SweepArgs),
-    /// Mount, clock offset and backlash from sweeps of the room around the robot
+    /// Estimate the mount, time offset and backlash from sweeps
     Calibrate(calibrate::CalibrateArgs),
-    /// The mixture of one recorded cloud
+    /// Fit a Gaussian mixture to a recorded cloud
     Fit(fit::FitArgs),
-    /// Earth Mover's Distance between two mixtures
+    /// Compute the Earth Mover's Distance between two mixtures
     Distance(distance::DistanceArgs),
-    /// The shapes in one segmented cloud
+    /// Find the shapes in a segmented cloud
     Shapes(shapes::ShapesArgs),
     /// Check or show the configuration
     Config(config::ConfigArgs),
-    /// Waypoints and their reference versions
+    /// List, show or forget waypoints and their references
     Waypoints(waypoints::WaypointsArgs),
-    /// The alarm log: list, show, ack, export
+    /// List, show, acknowledge or export alarms
     Alarms(alarms::AlarmsArgs),
-    /// The engine on hundreds of simulated pairs, and how often it is right
+    /// Measure how often the engine is right, on simulated pairs of sweeps
     Evaluate(evaluate::EvaluateArgs),
-    /// The paper's tables beside ours
+    /// Repeat the experiments of the paper and print its tables beside ours
     Reproduce(reproduce::ReproduceArgs),
-    /// Judge a stored sweep again, under the settings in force now; nothing is written
+    /// Judge a stored sweep again with the current settings; nothing is written
     Rejudge(rejudge::RejudgeArgs),
 }
 
-/// Runs the command; a failure is one line (or one per mistake) on standard error.
+/// Runs the command. A failure is one line on standard error, or one per configuration error.
 pub fn run(cli: Cli) -> ExitCode {
-    let outcome: Outcome = match &cli.command {
-        Command::Demo(args) => demo::run(args),
-        Command::Run(args) => service::run(args),
-        Command::Visit(args) => visit::run(args),
-        Command::Teach(args) => teach::run(args),
-        Command::Compare(args) => compare::run(args),
-        Command::Emulate(args) => emulate::run(args),
-        Command::Devices(args) => devices::run(args),
-        Command::Sweep(args) => sweep::run(args),
-        Command::Calibrate(args) => calibrate::run(args),
-        Command::Fit(args) => fit::run(args),
-        Command::Distance(args) => distance::run(args),
-        Command::Shapes(args) => shapes::run(args),
-        Command::Config(args) => config::run(args),
-        Command::Waypoints(args) => waypoints::run(args),
-        Command::Alarms(args) => alarms::run(args),
-        Command::Evaluate(args) => evaluate::run(args),
-        Command::Reproduce(args) => reproduce::run(args),
-        Command::Rejudge(args) => rejudge::run(args),
+    let result: CommandResult = match &cli.command {
+        CliCommand::Demo(args) => demo::run(args),
+        CliCommand::Run(args) => run_command::run(args),
+        CliCommand::Visit(args) => visit::run(args),
+        CliCommand::Teach(args) => teach::run(args),
+        CliCommand::Compare(args) => compare::run(args),
+        CliCommand::Emulate(args) => emulate::run(args),
+        CliCommand::Devices(args) => devices::run(args),
+        CliCommand::Sweep(args) => sweep::run(args),
+        CliCommand::Calibrate(args) => calibrate::run(args),
+        CliCommand::Fit(args) => fit::run(args),
+        CliCommand::Distance(args) => distance::run(args),
+        CliCommand::Shapes(args) => shapes::run(args),
+        CliCommand::Config(args) => config::run(args),
+        CliCommand::Waypoints(args) => waypoints::run(args),
+        CliCommand::Alarms(args) => alarms::run(args),
+        CliCommand::Evaluate(args) => evaluate::run(args),
+        CliCommand::Reproduce(args) => reproduce::run(args),
+        CliCommand::Rejudge(args) => rejudge::run(args),
     };
-    match outcome {
+    match result {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
             for line in failure.to_string().lines() {
                 eprintln!("patrold: {line}");
             }
-            failure.code()
+            failure.exit_code()
         }
     }
 }

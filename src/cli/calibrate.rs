@@ -1,98 +1,100 @@
-//! `patrold calibrate`: mount, time offset and backlash from sweeps of the room around the robot, straight from the devices
-//! or stored before, and the lines of configuration that they ask for.
+//! `patrold calibrate`: mount, time offset and backlash from sweeps, taken now or kept from before, and the configuration
+//! lines to change.
 
-use super::calibration_report::{lines, report};
-use super::failure::{DONE, Failure, Outcome};
+use super::calibration_report::{report_json, report_lines};
+use super::failure::{CommandResult, DONE, Failure};
 use super::sweep::park;
-use super::{config, files, output, signals};
+use super::{config, files, output, signals, value_parsers};
 use crate::config::Settings;
-use crate::devices::{Cancel, DeviceError, NoteLevel, Station, SweepRequest, calibration_requests};
+use crate::devices::{Cancel, DeviceError, Station, SweepRequest, calibration_requests};
+use crate::patrol::severity::Severity;
 use clap::Args;
 use link::Clock;
-use patrold_engine::sweep::{RawSweep, calibrate, decode, encode};
+use patrold_engine::sweep::{RawSweep, calibrate, decode_raw_sweep, encode_raw_sweep};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 
-/// Arguments of `calibrate`.
 #[derive(Debug, Args)]
-pub struct CalibrateArgs {
-    /// Raw sweeps that --keep wrote, all from one place; without any they are taken now
+pub(super) struct CalibrateArgs {
+    /// Raw sweeps written by --keep, all from one place [default: take new sweeps]
     #[arg(value_name = "FILE", conflicts_with_all = ["keep", "one_pan", "time_scale"])]
     files: Vec<PathBuf>,
     /// Configuration file
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Sweep at one pan only: faster, but the pitch of the laser stays unknown unless the floor is level
+    /// Sweep at one pan only: faster, but the pitch of the laser is not observable unless --level-floor is given
     #[arg(long)]
     one_pan: bool,
     /// The floor is level under the robot's base, to this standard deviation in degrees
-    #[arg(long, value_name = "DEG", value_parser = level)]
+    #[arg(long, value_name = "DEG", value_parser = parse_level_sigma)]
     level_floor: Option<f64>,
-    /// Keep the raw sweeps in this folder as sweep-1.raw, sweep-2.raw ...; it is made
+    /// Keep the raw sweeps in this folder as sweep-1.raw, sweep-2.raw ...; it is created
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
-    /// Seconds of the devices per second of the wall, for emulated devices that run at X times the wall's pace
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = super::emulate::scale)]
+    /// For emulated devices: device seconds per second of wall time, as given to `emulate`
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = value_parsers::parse_time_scale)]
     time_scale: f64,
     /// Report as JSON
     #[arg(long)]
     json: bool,
 }
 
-fn level(text: &str) -> Result<f64, String> {
+fn parse_level_sigma(text: &str) -> Result<f64, String> {
     let degrees = text.parse::<f64>().ok();
     degrees
         .filter(|x| (0.001..=10.0).contains(x))
         .ok_or_else(|| "expected a number from 0.001 to 10".to_owned())
 }
 
-/// Runs `calibrate`. Nothing is changed: the lines are for a person to take over.
-pub fn run(args: &CalibrateArgs) -> Outcome {
-    // Before the robot has swept for nothing.
+/// Changes no configuration: it prints the lines to change.
+pub(super) fn run(args: &CalibrateArgs) -> CommandResult {
+    // A folder that cannot be created fails before the robot sweeps.
     if let Some(folder) = &args.keep {
-        fs::create_dir_all(folder).map_err(|error| files::named(folder, error))?;
+        fs::create_dir_all(folder).map_err(|error| files::file_error(folder, error))?;
     }
     let sweeps = if args.files.is_empty() {
-        let settings = config::settings(args.config.as_deref())?;
+        let settings = config::load_settings(args.config.as_deref())?;
         let cancel = signals::cancel_on_signal()?;
         let clock = Clock::scaled(args.time_scale);
-        take(&settings, !args.one_pan, clock, &cancel)?
+        take_sweeps(&settings, !args.one_pan, clock, &cancel)?
     } else {
-        let read =
-            |path: &PathBuf| decode(&files::read(path)?).map_err(|error| files::named(path, error));
+        let read = |path: &PathBuf| {
+            decode_raw_sweep(&files::read(path)?).map_err(|error| files::file_error(path, error))
+        };
         args.files.iter().map(read).collect::<Result<_, _>>()?
     };
     if let Some(folder) = &args.keep {
-        keep(folder, &sweeps)?;
+        write_sweeps(folder, &sweeps)?;
     }
     let floor_level_rad = args.level_floor.map(f64::to_radians);
-    let found = calibrate(&sweeps, floor_level_rad).map_err(Failure::failed)?;
+    let calibration = calibrate(&sweeps, floor_level_rad).map_err(Failure::failed)?;
     if args.json {
-        output::json(&report(&found, sweeps.len()))?;
+        output::json(&report_json(&calibration, sweeps.len()))?;
     } else {
-        for line in lines(&found) {
+        for line in report_lines(&calibration) {
             output::line(line)?;
         }
     }
     Ok(DONE)
 }
 
-/// Homes if the head needs it, takes all sweeps, parks. Notes of the devices go to standard error.
-fn take(
+/// Homes if needed, takes all sweeps, parks. Warnings of the devices go to standard error.
+fn take_sweeps(
     settings: &Settings,
-    pans: bool,
+    several_pans: bool,
     clock: Clock,
     cancel: &Cancel,
 ) -> Result<Vec<RawSweep>, Failure> {
-    let (notes, heard) = mpsc::channel();
+    let (notes, received) = mpsc::channel();
     let mut station = Station::open(settings, clock, notes, cancel).map_err(Failure::failed)?;
-    let taken = (|| {
+    let sweeps = (|| {
         if !station.position_trusted() {
             station.home(cancel)?;
         }
-        let usual = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
-        let requests = calibration_requests(&usual, pans);
+        let configured =
+            SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
+        let requests = calibration_requests(&configured, several_pans);
         let sweeps: Result<Vec<_>, DeviceError> = requests
             .iter()
             .map(|request| station.sweep(request, cancel))
@@ -101,15 +103,16 @@ fn take(
         sweeps
     })();
     drop(station);
-    for note in heard.try_iter().filter(|n| n.level > NoteLevel::Info) {
+    for note in received.try_iter().filter(|n| n.severity > Severity::Info) {
         eprintln!("patrold: {}: {}", note.device, note.text);
     }
-    taken.map_err(Failure::failed)
+    sweeps.map_err(Failure::failed)
 }
 
-fn keep(folder: &Path, sweeps: &[RawSweep]) -> Result<(), Failure> {
+fn write_sweeps(folder: &Path, sweeps: &[RawSweep]) -> Result<(), Failure> {
     for (number, sweep) in (1..).zip(sweeps) {
-        files::write(&folder.join(format!("sweep-{number}.raw")), &encode(sweep))?;
+        let path = folder.join(format!("sweep-{number}.raw"));
+        files::write(&path, &encode_raw_sweep(sweep))?;
     }
     Ok(())
 }

@@ -1,40 +1,59 @@
-//! What a calibration found, for people and for programs.
+//! The report of a calibration, as JSON and as text.
 
-use patrold_engine::sweep::{Calibration, Estimate, Parameter};
+use patrold_engine::sweep::{Calibration, CalibrationParameter, ParameterEstimate};
 use serde_json::{Value, json};
 
-/// Standard deviations by which a place must differ from what a ruler gave to be proposed.
-const PLACE_SIGMAS: f64 = 3.0;
+/// Standard deviations by which a position must differ from the configured one to be proposed: a ruler may measure it
+/// better.
+const MIN_POSITION_CHANGE_SIGMAS: f64 = 3.0;
+
+const ROTATION: [CalibrationParameter; 3] = [
+    CalibrationParameter::Roll,
+    CalibrationParameter::Pitch,
+    CalibrationParameter::Yaw,
+];
+const POSITION: [CalibrationParameter; 3] = [
+    CalibrationParameter::X,
+    CalibrationParameter::Y,
+    CalibrationParameter::Z,
+];
 
 /// Name, unit, and units per metre, radian or second.
-fn told(parameter: Parameter) -> (&'static str, &'static str, f64) {
+fn name_and_unit(parameter: CalibrationParameter) -> (&'static str, &'static str, f64) {
     let deg = 1f64.to_degrees();
     match parameter {
-        Parameter::Roll => ("roll", "deg", deg),
-        Parameter::Pitch => ("pitch", "deg", deg),
-        Parameter::Yaw => ("yaw", "deg", deg),
-        Parameter::X => ("x", "m", 1.0),
-        Parameter::Y => ("y", "m", 1.0),
-        Parameter::Z => ("z", "m", 1.0),
-        Parameter::TimeOffset => ("time_offset", "ms", 1e3),
-        Parameter::Backlash => ("backlash", "deg", deg),
-        Parameter::RangeOffset => ("range_offset", "m", 1.0),
+        CalibrationParameter::Roll => ("roll", "deg", deg),
+        CalibrationParameter::Pitch => ("pitch", "deg", deg),
+        CalibrationParameter::Yaw => ("yaw", "deg", deg),
+        CalibrationParameter::X => ("x", "m", 1.0),
+        CalibrationParameter::Y => ("y", "m", 1.0),
+        CalibrationParameter::Z => ("z", "m", 1.0),
+        CalibrationParameter::TimeOffset => ("time_offset", "ms", 1e3),
+        CalibrationParameter::Backlash => ("backlash", "deg", deg),
+        CalibrationParameter::RangeOffset => ("range_offset", "m", 1.0),
     }
 }
 
-fn estimate(found: &Calibration, parameter: Parameter) -> Option<&Estimate> {
-    found.estimates.iter().find(|e| e.parameter == parameter)
+fn find_estimate(
+    calibration: &Calibration,
+    parameter: CalibrationParameter,
+) -> Option<&ParameterEstimate> {
+    calibration
+        .estimates
+        .iter()
+        .find(|e| e.parameter == parameter)
 }
 
-/// The value to write, in the unit of the configuration: the one in force where the sweeps do not tell a better one.
-fn proposed(found: &Calibration, parameter: Parameter) -> f64 {
-    let (_, _, factor) = told(parameter);
-    let Some(e) = estimate(found, parameter) else {
+/// The value to configure, in the unit of the configuration: the present one where the sweeps give no better one.
+fn proposed_value(calibration: &Calibration, parameter: CalibrationParameter) -> f64 {
+    let (_, _, factor) = name_and_unit(parameter);
+    let Some(e) = find_estimate(calibration, parameter) else {
         return 0.0;
     };
-    let place = matches!(parameter, Parameter::X | Parameter::Y | Parameter::Z);
-    let measured = place && (e.value - e.present).abs() <= PLACE_SIGMAS * e.sigma;
-    let value = if e.observable && !measured {
+    let is_position = POSITION.contains(&parameter);
+    let keep_present =
+        is_position && (e.value - e.present).abs() <= MIN_POSITION_CHANGE_SIGMAS * e.sigma;
+    let value = if e.observable && !keep_present {
         e.value
     } else {
         e.present
@@ -42,49 +61,48 @@ fn proposed(found: &Calibration, parameter: Parameter) -> f64 {
     factor * value
 }
 
-/// Lines of configuration: only keys of which the sweeps tell something.
-fn proposals(found: &Calibration) -> Vec<String> {
-    let any = |parameters: &[Parameter]| {
-        let mut known = parameters.iter().filter_map(|p| estimate(found, *p));
-        known.any(|e| e.observable)
+/// Configuration lines, for keys that the sweeps determine.
+fn proposed_lines(calibration: &Calibration) -> Vec<String> {
+    let any_observable = |parameters: &[CalibrationParameter]| {
+        let mut estimates = parameters
+            .iter()
+            .filter_map(|p| find_estimate(calibration, *p));
+        estimates.any(|e| e.observable)
     };
-    let moved = |parameters: &[Parameter]| {
+    let any_changed = |parameters: &[CalibrationParameter]| {
         parameters.iter().any(|p| {
-            let present = estimate(found, *p).map_or(0.0, |e| e.present);
-            proposed(found, *p) != told(*p).2 * present
+            let present = find_estimate(calibration, *p).map_or(0.0, |e| e.present);
+            proposed_value(calibration, *p) != name_and_unit(*p).2 * present
         })
     };
-    let triple = |p: [Parameter; 3], places: usize| {
-        let [a, b, c] = p.map(|p| proposed(found, p));
-        format!("[{a:.places$}, {b:.places$}, {c:.places$}]")
+    let triple = |p: [CalibrationParameter; 3], decimals: usize| {
+        let [a, b, c] = p.map(|p| proposed_value(calibration, p));
+        format!("[{a:.decimals$}, {b:.decimals$}, {c:.decimals$}]")
     };
-    let turns = [Parameter::Roll, Parameter::Pitch, Parameter::Yaw];
-    let places = [Parameter::X, Parameter::Y, Parameter::Z];
     let mut lines = Vec::new();
-    if any(&turns) {
-        lines.push(format!("mount.rpy_deg = {}", triple(turns, 3)));
+    if any_observable(&ROTATION) {
+        lines.push(format!("mount.rpy_deg = {}", triple(ROTATION, 3)));
     }
-    if moved(&places) {
-        lines.push(format!("mount.xyz_m = {}", triple(places, 4)));
+    if any_changed(&POSITION) {
+        lines.push(format!("mount.xyz_m = {}", triple(POSITION, 4)));
     }
-    if any(&[Parameter::Backlash]) {
-        let backlash = proposed(found, Parameter::Backlash);
+    if any_observable(&[CalibrationParameter::Backlash]) {
+        let backlash = proposed_value(calibration, CalibrationParameter::Backlash);
         lines.push(format!("ptu.tilt_backlash_deg = {backlash:.4}"));
     }
-    if any(&[Parameter::TimeOffset]) {
-        let time = proposed(found, Parameter::TimeOffset);
-        lines.push(format!("sweep.time_offset_ms = {time:.3}"));
+    if any_observable(&[CalibrationParameter::TimeOffset]) {
+        let time_offset = proposed_value(calibration, CalibrationParameter::TimeOffset);
+        lines.push(format!("sweep.time_offset_ms = {time_offset:.3}"));
     }
     lines
 }
 
-/// For programs.
-pub fn report(found: &Calibration, sweeps: usize) -> Value {
-    let parameters: Vec<Value> = found
+pub(super) fn report_json(calibration: &Calibration, sweeps: usize) -> Value {
+    let parameters: Vec<Value> = calibration
         .estimates
         .iter()
         .map(|e| {
-            let (name, unit, factor) = told(e.parameter);
+            let (name, unit, factor) = name_and_unit(e.parameter);
             json!({
                 "name": name,
                 "unit": unit,
@@ -95,39 +113,38 @@ pub fn report(found: &Calibration, sweeps: usize) -> Value {
             })
         })
         .collect();
-    let apart = found
-        .up_against_down_m
+    let up_down = calibration
+        .up_down_mismatch_m
         .map(|(present, proposed)| json!({"present": 1e3 * present, "proposed": 1e3 * proposed}));
     json!({
         "sweeps": sweeps,
-        "legs": found.legs,
-        "planes": found.planes,
-        "beams": found.beams,
-        "residual_mm": 1e3 * found.residual_m,
-        "up_against_down_mm": apart,
+        "legs": calibration.pan_segments,
+        "planes": calibration.planes,
+        "beams": calibration.beams,
+        "residual_mm": 1e3 * calibration.residual_m,
+        "up_against_down_mm": up_down,
         "parameters": parameters,
-        "config": proposals(found),
+        "config": proposed_lines(calibration),
     })
 }
 
-/// For people.
-pub fn lines(found: &Calibration) -> Vec<String> {
+pub(super) fn report_lines(calibration: &Calibration) -> Vec<String> {
     let mut lines = vec![format!(
-        "{} beams on {} flat surfaces of {} legs, {:.1} mm off them",
-        found.beams,
-        found.planes,
-        found.legs,
-        1e3 * found.residual_m
+        "{} beams on {} flat surfaces in {} pan segments, residual {:.1} mm",
+        calibration.beams,
+        calibration.planes,
+        calibration.pan_segments,
+        1e3 * calibration.residual_m
     )];
-    if let Some((present, proposed)) = found.up_against_down_m {
+    if let Some((present, proposed)) = calibration.up_down_mismatch_m {
         lines.push(format!(
-            "surfaces of travels up and down lie {:.1} mm apart, {:.1} mm with the new values",
+            "surfaces of upward and downward travels differ by {:.1} mm, by {:.1} mm with the new values",
             1e3 * present,
             1e3 * proposed
         ));
     }
-    for e in &found.estimates {
-        let (name, unit, factor) = told(e.parameter);
+    for e in &calibration.estimates {
+        let (name, unit, factor) = name_and_unit(e.parameter);
         let present = factor * e.present;
         lines.push(if e.observable {
             let (value, sigma) = (factor * e.value, factor * e.sigma);
@@ -138,9 +155,9 @@ pub fn lines(found: &Calibration) -> Vec<String> {
         });
     }
     lines.push(
-        "a turn of the head's zero (ptu.tilt_zero_deg) looks like pitch, and is counted as such"
+        "an error of the head's zero (ptu.tilt_zero_deg) is indistinguishable from pitch and counted as pitch"
             .to_owned(),
     );
-    lines.extend(proposals(found));
+    lines.extend(proposed_lines(calibration));
     lines
 }

@@ -1,9 +1,9 @@
-//! The service's client: HTTP over its Unix socket.
+//! Client of the service: HTTP over its Unix socket.
 
 use super::failure::Failure;
 use super::progress;
-use crate::service::ABOUT_SWEEP;
-use crate::service::replies::{ErrorReply, SweepAbout};
+use crate::service::SWEEP_INFO_HEADER;
+use crate::service::replies::{ErrorReply, SweepInfo};
 use http_body_util::{BodyExt as _, Full};
 use hyper::body::Bytes;
 use hyper::header::{CONTENT_TYPE, HOST};
@@ -15,64 +15,64 @@ use std::io::ErrorKind;
 use std::path::Path;
 use tokio::net::UnixStream;
 
-/// Why the service did not answer.
-enum AskError {
-    /// Nobody listens at the socket.
+enum ClientError {
+    /// Nothing listens at the socket.
     NoService(String),
-    /// Anything else.
     Failed(String),
 }
 
-impl From<AskError> for Failure {
-    fn from(error: AskError) -> Self {
+impl From<ClientError> for Failure {
+    fn from(error: ClientError) -> Self {
         match error {
-            AskError::NoService(text) | AskError::Failed(text) => Self::Failed(text),
+            ClientError::NoService(text) | ClientError::Failed(text) => Self::Failed(text),
         }
     }
 }
 
-/// Asks the service to do something at a waypoint (`/visit`, `/teach`) and waits for the outcome.
+/// Requests `/visit` or `/teach` and waits for the reply.
 ///
 /// # Errors
-/// No service, a socket this user may not use, or the service's own refusal.
-pub fn ask_at<T: DeserializeOwned>(
+/// No service, no permission for its socket, or its error reply.
+pub(super) fn request_at_waypoint<T: DeserializeOwned>(
     socket: &Path,
     path: &'static str,
     waypoint: &str,
 ) -> Result<T, Failure> {
-    let working = progress::spinner(format!("{waypoint}: sweeping and judging"));
-    let answer = ask(socket, path, Some(json!({"waypoint": waypoint})));
+    let working = progress::spinner(format!("{waypoint}: sweeping and inspecting"));
+    let response = post(socket, path, Some(json!({"waypoint": waypoint})));
     working.finish_and_clear();
-    let (_, body) = answer?;
+    let (_, body) = response?;
     serde_json::from_slice(&body)
         .map_err(|error| Failure::Failed(format!("{}: {path}: {error}", socket.display())))
 }
 
-/// Asks the service for a sweep; `None` where no service runs.
+/// Requests a sweep; `None` where no service runs. The bytes are a PLY file.
 ///
 /// # Errors
-/// A socket this user may not use, or the service's own refusal.
-pub fn sweep(socket: &Path) -> Result<Option<(SweepAbout, Vec<u8>)>, Failure> {
+/// No permission for the socket, or the error reply of the service.
+pub(super) fn request_sweep(socket: &Path) -> Result<Option<(SweepInfo, Vec<u8>)>, Failure> {
     let working = progress::spinner("sweeping".to_owned());
-    let answer = ask(socket, "/sweep", None);
+    let response = post(socket, "/sweep", None);
     working.finish_and_clear();
-    let (headers, body) = match answer {
-        Err(AskError::NoService(_)) => return Ok(None),
+    let (headers, body) = match response {
+        Err(ClientError::NoService(_)) => return Ok(None),
         other => other?,
     };
-    let about = headers.get(ABOUT_SWEEP).map_or(&b""[..], |v| v.as_bytes());
-    let about = serde_json::from_slice(about)
+    let info = headers
+        .get(SWEEP_INFO_HEADER)
+        .map_or(&b""[..], |v| v.as_bytes());
+    let info = serde_json::from_slice(info)
         .map_err(|error| Failure::Failed(format!("{}: /sweep: {error}", socket.display())))?;
-    Ok(Some((about, body)))
+    Ok(Some((info, body)))
 }
 
-fn ask(
+fn post(
     socket: &Path,
     path: &'static str,
     body: Option<Value>,
-) -> Result<(HeaderMap, Vec<u8>), AskError> {
+) -> Result<(HeaderMap, Vec<u8>), ClientError> {
     let failed = |error: &dyn std::fmt::Display| {
-        AskError::Failed(format!("{}: {path}: {error}", socket.display()))
+        ClientError::Failed(format!("{}: {path}: {error}", socket.display()))
     };
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
@@ -81,11 +81,11 @@ fn ask(
     runtime.block_on(async {
         let stream = UnixStream::connect(socket)
             .await
-            .map_err(|e| no_connection(socket, &e))?;
+            .map_err(|e| connect_error(socket, &e))?;
         let (mut sender, connection) = hyper::client::conn::http1::handshake(TokioIo::new(stream))
             .await
             .map_err(|e| failed(&e))?;
-        let answer = async {
+        let exchange = async {
             let text = body.map_or_else(String::new, |b| b.to_string());
             let request = Request::builder()
                 .method(Method::POST)
@@ -100,53 +100,52 @@ fn ask(
             if head.status == StatusCode::OK {
                 return Ok((head.headers, body.to_vec()));
             }
-            let refusal = serde_json::from_slice::<ErrorReply>(&body);
-            Err(match refusal {
-                Ok(refusal) => AskError::Failed(refusal.error),
-                Err(_) => failed(&format!("the service answered {}", head.status)),
+            Err(match serde_json::from_slice::<ErrorReply>(&body) {
+                Ok(reply) => ClientError::Failed(reply.error),
+                Err(_) => failed(&format!("the service replied {}", head.status)),
             })
         };
-        tokio::pin!(answer);
+        tokio::pin!(exchange);
         tokio::select! {
-            answer = &mut answer => answer,
-            // The connection may end a moment before its answer is read.
+            response = &mut exchange => response,
+            // The connection may end before its response has been read.
             ended = connection => match ended {
-                Ok(()) => answer.await,
+                Ok(()) => exchange.await,
                 Err(error) => Err(failed(&error)),
             },
         }
     })
 }
 
-fn no_connection(socket: &Path, error: &std::io::Error) -> AskError {
+fn connect_error(socket: &Path, error: &std::io::Error) -> ClientError {
     let at = socket.display();
     match error.kind() {
-        ErrorKind::NotFound | ErrorKind::ConnectionRefused => AskError::NoService(format!(
+        ErrorKind::NotFound | ErrorKind::ConnectionRefused => ClientError::NoService(format!(
             "no service at {at}; start it: systemctl start patrold"
         )),
-        ErrorKind::PermissionDenied => AskError::Failed(format!(
-            "{at}: this user may not command the robot; join the socket's group (patrold)"
+        ErrorKind::PermissionDenied => ClientError::Failed(format!(
+            "{at}: no permission to command the robot; add this user to the group of the socket (patrold)"
         )),
-        _ => AskError::Failed(format!("{at}: {error}")),
+        _ => ClientError::Failed(format!("{at}: {error}")),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{ask_at, sweep};
+    use super::{request_at_waypoint, request_sweep};
     use serde_json::Value;
 
     #[test]
-    fn without_a_service_the_way_to_start_it_is_told() {
+    fn without_a_service_the_error_names_how_to_start_it() {
         let dir = tempfile::tempdir().expect("temp dir");
         let socket = dir.path().join("p.sock");
-        let asked = ask_at::<Value>(&socket, "/visit", "hall");
-        let told = asked.expect_err("nobody there").to_string();
+        let reply = request_at_waypoint::<Value>(&socket, "/visit", "hall");
+        let error = reply.expect_err("no service").to_string();
         let at = socket.display();
         assert_eq!(
-            told,
+            error,
             format!("no service at {at}; start it: systemctl start patrold")
         );
-        assert!(sweep(&socket).expect("no failure").is_none());
+        assert!(request_sweep(&socket).expect("no failure").is_none());
     }
 }

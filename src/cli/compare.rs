@@ -1,74 +1,67 @@
-//! `patrold compare REFERENCE CURRENT`: the engine on recorded clouds, one pair or a manifest of them.
+//! `patrold compare REFERENCE CURRENT`: the engine on recorded clouds, one pair or all pairs of a manifest.
 
-use super::failure::{CHANGED, DONE, FAILED, Failure, NOT_OBSERVED, Outcome, verdict_code};
-use super::stopwatch::{Stopwatch, Timing};
-use super::{alarm_report, clouds, files, output, table};
-use crate::config::{self, EngineMode, Settings, load};
-use clap::{Args, ValueEnum};
+use super::failure::{
+    CHANGED, CommandResult, DONE, FAILED, Failure, NOT_OBSERVED, verdict_exit_code,
+};
+use super::stopwatch::{CompareTiming, Stopwatch};
+use super::{alarm_report, clouds, files, output, table, value_parsers};
+use crate::config::{self, Settings, load};
+use clap::Args;
 use nalgebra::Point3;
 use patrold_engine::formats::write_ply;
 use patrold_engine::geometry::View;
-use patrold_engine::inspect::{Inspection, inspect, prepare};
+use patrold_engine::inspect::{Engine, Inspection, inspect, prepare};
 use patrold_engine::novelty::Detection;
-use patrold_engine::report::Report;
+use patrold_engine::report::InspectionReport;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Arguments of `compare`.
 #[derive(Debug, Args)]
-pub struct CompareArgs {
+pub(super) struct CompareArgs {
     /// The cloud as it should be (PLY, PCD or XYZ text)
     #[arg(required_unless_present = "manifest", requires = "current")]
     reference: Option<PathBuf>,
     /// The cloud as it is now
     current: Option<PathBuf>,
-    /// Compare every pair of this manifest, one JSON line each
+    /// Compare all pairs of this manifest, one JSON line each
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["reference", "labels_out", "novelty_out"])]
     manifest: Option<PathBuf>,
     /// Configuration file
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Which engine
-    #[arg(long, value_enum)]
-    engine: Option<EngineArg>,
-    /// U_th in metres: changed from this distance on
-    #[arg(long, value_name = "METRES", value_parser = positive)]
+    #[arg(long, value_parser = value_parsers::engine())]
+    engine: Option<Engine>,
+    /// U_th in metres: the verdict is changed from this distance on
+    #[arg(long, value_name = "METRES", value_parser = parse_metres)]
     u_th: Option<f64>,
-    /// Seed of everything random
+    /// Seed of the random numbers
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
     /// Report as JSON
     #[arg(long)]
     json: bool,
-    /// Write one line per point of CURRENT: 1 on a listed novelty, else 0
+    /// Write one line per point of CURRENT: 1 if on a listed novelty, else 0
     #[arg(long, value_name = "FILE")]
     labels_out: Option<PathBuf>,
     /// Write the points of all listed novelties
     #[arg(long, value_name = "FILE.ply")]
     novelty_out: Option<PathBuf>,
-    /// Where the sensor stood in the reference's frame
-    #[arg(long, value_name = "X,Y,Z", value_parser = clouds::parse_point, allow_hyphen_values = true)]
+    /// Position of the sensor in the reference cloud, metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::parse_point, allow_hyphen_values = true)]
     reference_origin: Option<Point3<f64>>,
-    /// Where the sensor stood in the current cloud's frame
-    #[arg(long, value_name = "X,Y,Z", value_parser = clouds::parse_point, allow_hyphen_values = true)]
+    /// Position of the sensor in the current cloud, metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::parse_point, allow_hyphen_values = true)]
     current_origin: Option<Point3<f64>>,
-    /// Where the sensor stood in both [default: 0,0,0]
-    #[arg(long, value_name = "X,Y,Z", value_parser = clouds::parse_point, allow_hyphen_values = true)]
+    /// Position of the sensor in both clouds, metres [default: 0,0,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::parse_point, allow_hyphen_values = true)]
     sensor_origin: Option<Point3<f64>>,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum EngineArg {
-    /// patrold's own
-    Standard,
-    /// The published recipe
-    Paper,
-}
-
-/// One pair of clouds as files.
+/// One pair of clouds, from the command line or an entry of a manifest.
 #[derive(Debug, Clone, Deserialize)]
-struct Pair {
+struct CloudPair {
     name: String,
     reference: PathBuf,
     current: PathBuf,
@@ -81,65 +74,62 @@ struct Pair {
 }
 
 #[derive(Debug, Deserialize)]
-struct Manifest {
+struct CompareManifest {
     pairs: Vec<Value>,
 }
 
 #[derive(Serialize)]
-struct Line<'a> {
+struct ComparedPairReport<'a> {
     name: &'a str,
     #[serde(flatten)]
-    report: &'a Report,
+    report: &'a InspectionReport,
     dropped: [usize; 2],
-    timing_ms: Timing,
+    timing_ms: CompareTiming,
 }
 
-struct Compared {
+struct ComparedPair {
     inspection: Inspection,
-    report: Report,
+    report: InspectionReport,
+    /// Non-finite points of reference and current.
     dropped: [usize; 2],
-    timing: Timing,
+    timing: CompareTiming,
 }
 
-/// Runs `compare`.
-pub fn run(args: &CompareArgs) -> Outcome {
-    let settings = settings(args)?;
+pub(super) fn run(args: &CompareArgs) -> CommandResult {
+    let settings = load_settings(args)?;
     match &args.manifest {
         Some(manifest) => run_manifest(manifest, args, &settings),
         None => run_pair(args, &settings),
     }
 }
 
-fn settings(args: &CompareArgs) -> Result<Settings, Failure> {
+fn load_settings(args: &CompareArgs) -> Result<Settings, Failure> {
     let mut flags = Vec::new();
     if let Some(engine) = args.engine {
-        let mode = match engine {
-            EngineArg::Standard => EngineMode::Standard,
-            EngineArg::Paper => EngineMode::Paper,
-        };
-        flags.push((
-            "novelty.engine",
-            config::Value::Text(mode.word().to_owned()),
-        ));
+        let name = engine.as_str().to_owned();
+        flags.push(("novelty.engine", config::ConfigValue::Text(name)));
     }
     if let Some(u_th) = args.u_th {
-        flags.push(("novelty.u_th_m", config::Value::Float(u_th)));
-        flags.push(("novelty.u_th_fm", config::Value::Float(u_th)));
+        flags.push(("novelty.u_th_m", config::ConfigValue::Float(u_th)));
+        flags.push(("novelty.u_th_fm", config::ConfigValue::Float(u_th)));
     }
     if let Some(seed) = args.seed {
-        flags.push(("mixture.seed", config::Value::Integer(i64::from(seed))));
+        flags.push((
+            "mixture.seed",
+            config::ConfigValue::Integer(i64::from(seed)),
+        ));
     }
     Ok(load(args.config.as_deref(), &flags)?.settings)
 }
 
-fn run_pair(args: &CompareArgs, settings: &Settings) -> Outcome {
+fn run_pair(args: &CompareArgs, settings: &Settings) -> CommandResult {
     let (Some(reference), Some(current)) = (&args.reference, &args.current) else {
         return Err(Failure::Usage(
-            "compare wants REFERENCE and CURRENT, or --manifest".to_owned(),
+            "compare needs REFERENCE and CURRENT, or --manifest".to_owned(),
         ));
     };
     let array = |p: Option<Point3<f64>>| p.map(|p| p.coords.into());
-    let pair = Pair {
+    let pair = CloudPair {
         name: current
             .file_stem()
             .unwrap_or_default()
@@ -155,17 +145,17 @@ fn run_pair(args: &CompareArgs, settings: &Settings) -> Outcome {
     };
     let compared = compare(&pair, settings)?;
     if args.json {
-        output::json(&line(&pair, &compared))?;
+        output::json(&pair_report(&pair, &compared))?;
     } else {
-        output::line(prose(&compared))?;
+        output::line(report_text(&compared))?;
     }
-    Ok(verdict_code(compared.inspection.detection.verdict))
+    Ok(verdict_exit_code(compared.inspection.detection.verdict))
 }
 
-fn run_manifest(path: &Path, args: &CompareArgs, settings: &Settings) -> Outcome {
+fn run_manifest(path: &Path, args: &CompareArgs, settings: &Settings) -> CommandResult {
     let text = files::read_text(path)?;
-    let manifest: Manifest =
-        serde_json::from_str(&text).map_err(|error| files::named(path, error))?;
+    let manifest: CompareManifest =
+        serde_json::from_str(&text).map_err(|error| files::file_error(path, error))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let progress = super::progress::bar(manifest.pairs.len(), "pairs");
     let mut codes = Vec::new();
@@ -174,10 +164,10 @@ fn run_manifest(path: &Path, args: &CompareArgs, settings: &Settings) -> Outcome
             Some(Value::String(name)) => name.clone(),
             _ => index.to_string(),
         };
-        let compared = pair_of(entry, folder, args).and_then(|pair| {
+        let compared = parse_pair(entry, folder, args).and_then(|pair| {
             let compared = compare(&pair, settings)?;
-            output::json(&line(&pair, &compared))?;
-            Ok(verdict_code(compared.inspection.detection.verdict))
+            output::json(&pair_report(&pair, &compared))?;
+            Ok(verdict_exit_code(compared.inspection.detection.verdict))
         });
         match compared {
             Ok(code) => codes.push(code),
@@ -189,55 +179,53 @@ fn run_manifest(path: &Path, args: &CompareArgs, settings: &Settings) -> Outcome
         progress.inc(1);
     }
     progress.finish_and_clear();
-    let first_of = |code: &u8| codes.contains(code);
     Ok([FAILED, CHANGED, NOT_OBSERVED]
         .into_iter()
-        .find(first_of)
+        .find(|code| codes.contains(code))
         .unwrap_or(DONE))
 }
 
-/// One entry of a manifest: its paths start at the manifest's folder, and where it does not say where the sensor
-/// stood, the command line does.
-fn pair_of(entry: Value, folder: &Path, args: &CompareArgs) -> Result<Pair, Failure> {
-    let mut pair: Pair = serde_json::from_value(entry)
-        .map_err(|error| Failure::Failed(format!("in the manifest: {error}; mend this pair")))?;
+/// An entry of a manifest: its paths are relative to `folder`; origins that it does not have come from the command line.
+fn parse_pair(entry: Value, folder: &Path, args: &CompareArgs) -> Result<CloudPair, Failure> {
+    let mut pair: CloudPair = serde_json::from_value(entry)
+        .map_err(|error| Failure::Failed(format!("manifest: {error}; correct this pair")))?;
     for file in [&mut pair.reference, &mut pair.current] {
         *file = folder.join(&*file);
     }
     pair.labels_out = pair.labels_out.map(|file| folder.join(file));
     let array = |p: Option<Point3<f64>>| p.map(|p| p.coords.into());
     if pair.sensor_origin.is_none() {
-        let of_flags = |own: Option<Point3<f64>>| array(own.or(args.sensor_origin));
-        pair.reference_origin = pair.reference_origin.or(of_flags(args.reference_origin));
-        pair.current_origin = pair.current_origin.or(of_flags(args.current_origin));
+        let from_args = |own: Option<Point3<f64>>| array(own.or(args.sensor_origin));
+        pair.reference_origin = pair.reference_origin.or(from_args(args.reference_origin));
+        pair.current_origin = pair.current_origin.or(from_args(args.current_origin));
     }
     Ok(pair)
 }
 
-fn compare(pair: &Pair, settings: &Settings) -> Result<Compared, Failure> {
+fn compare(pair: &CloudPair, settings: &Settings) -> Result<ComparedPair, Failure> {
     let mut watch = Stopwatch::start();
     let reference = clouds::load(&pair.reference)?;
     let current = clouds::load(&pair.current)?;
     let origin =
         |own: Option<[f64; 3]>| Point3::from(own.or(pair.sensor_origin).unwrap_or_default());
-    let then = View::bare(reference.points.clone(), origin(pair.reference_origin));
-    let now = View::bare(current.points.clone(), origin(pair.current_origin));
+    let reference_view = View::from_points(reference.points.clone(), origin(pair.reference_origin));
+    let current_view = View::from_points(current.points.clone(), origin(pair.current_origin));
 
-    let engine = settings.engine(None);
+    let engine = settings.engine_settings(None);
     let seed = settings.mixture.seed;
-    let named = |error| Failure::Failed(format!("{}: {error}", pair.name));
-    watch.reference();
-    let prepared = prepare(&then, &engine, seed).map_err(named)?;
-    let inspection = inspect(&prepared, &now, &engine, seed, &mut |stage| {
-        watch.stage(stage)
+    let failed = |error| Failure::Failed(format!("{}: {error}", pair.name));
+    watch.enter_reference();
+    let prepared = prepare(&reference_view, &engine, seed).map_err(failed)?;
+    let inspection = inspect(&prepared, &current_view, &engine, seed, &mut |stage| {
+        watch.enter(stage)
     })
-    .map_err(named)?;
+    .map_err(failed)?;
     let timing = watch.stop();
 
     write_outputs(pair, &inspection.detection, &current)?;
-    let points = [then.points.len(), now.points.len()];
-    Ok(Compared {
-        report: Report::new(&inspection, points, settings.novelty.engine.word(), seed),
+    let points = [reference_view.points.len(), current_view.points.len()];
+    Ok(ComparedPair {
+        report: InspectionReport::new(&inspection, points, settings.novelty.engine.as_str(), seed),
         inspection,
         dropped: [reference.dropped(), current.dropped()],
         timing,
@@ -245,7 +233,7 @@ fn compare(pair: &Pair, settings: &Settings) -> Result<Compared, Failure> {
 }
 
 fn write_outputs(
-    pair: &Pair,
+    pair: &CloudPair,
     detection: &Detection,
     current: &clouds::LoadedCloud,
 ) -> Result<(), Failure> {
@@ -259,18 +247,18 @@ fn write_outputs(
         files::write(path, (labels.join("\n") + "\n").as_bytes())?;
     }
     if let Some(path) = &pair.novelty_out {
-        let places: Vec<Point3<f64>> = detection
+        let points: Vec<Point3<f64>> = detection
             .novelties
             .iter()
-            .flat_map(|n| n.places.iter().copied())
+            .flat_map(|n| n.points.iter().copied())
             .collect();
-        files::write(path, &write_ply(&places))?;
+        files::write(path, &write_ply(&points))?;
     }
     Ok(())
 }
 
-fn line<'a>(pair: &'a Pair, compared: &'a Compared) -> Line<'a> {
-    Line {
+fn pair_report<'a>(pair: &'a CloudPair, compared: &'a ComparedPair) -> ComparedPairReport<'a> {
+    ComparedPairReport {
         name: &pair.name,
         report: &compared.report,
         dropped: compared.dropped,
@@ -278,7 +266,7 @@ fn line<'a>(pair: &'a Pair, compared: &'a Compared) -> Line<'a> {
     }
 }
 
-fn prose(compared: &Compared) -> String {
+fn report_text(compared: &ComparedPair) -> String {
     let report = &compared.report;
     let mut lines = vec![
         format!("{}: {}", report.verdict, report.reason),
@@ -291,28 +279,28 @@ fn prose(compared: &Compared) -> String {
             compared.timing.total
         ),
     ];
-    let [dropped_then, dropped_now] = compared.dropped;
-    if dropped_then + dropped_now > 0 {
+    let [dropped_reference, dropped_current] = compared.dropped;
+    if dropped_reference + dropped_current > 0 {
         lines.push(format!(
-            "dropped {dropped_then} and {dropped_now} points that are not finite"
+            "dropped {dropped_reference} and {dropped_current} non-finite points"
         ));
     }
     let [x, y, z] = report.pose_correction.translation;
     lines.push(format!(
         "pose correction {}, yaw {:.2} deg",
-        table::place([x, y, z]),
+        table::format_point([x, y, z]),
         report.pose_correction.rotation_deg[2]
     ));
     lines.extend(
         report
             .novelties
             .iter()
-            .map(|n| format!("{}, {} points", alarm_report::describe(n), n.points)),
+            .map(|n| format!("{}, {} points", alarm_report::novelty_text(n), n.points)),
     );
     lines.join("\n")
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+fn parse_metres(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
         _ => Err(format!("expected metres above 0, got {text:?}")),

@@ -1,29 +1,28 @@
-//! `patrold config check|show`: every mistake at once; what is in force and where it came from.
+//! `patrold config check|show`: all errors of the configuration; every value in force with its origin.
 
-use super::failure::{DONE, Failure, Outcome};
+use super::failure::{CommandResult, DONE, Failure, USAGE};
 use super::{output, table};
-use crate::config::{KEYS, Loaded, Mistake, Origin, load};
+use crate::config::{ConfigError, KEYS, LoadedConfig, Settings, ValueOrigin, load};
 use clap::{Args, Subcommand};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Arguments of `config`.
 #[derive(Debug, Args)]
-pub struct ConfigArgs {
+pub(super) struct ConfigArgs {
     #[command(subcommand)]
-    action: Action,
+    action: ConfigAction,
 }
 
 #[derive(Debug, Subcommand)]
-enum Action {
-    /// Tell every mistake at once, with line and nearest valid key
-    Check(FileArgs),
-    /// Show what is in force and where it came from
-    Show(FileArgs),
+enum ConfigAction {
+    /// List all errors, with file, line and nearest valid key
+    Check(ConfigFileArgs),
+    /// Show all values in force and where each comes from
+    Show(ConfigFileArgs),
 }
 
 #[derive(Debug, Args)]
-struct FileArgs {
+struct ConfigFileArgs {
     /// Configuration file [default: /etc/patrold/patrold.toml, if there is one]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -32,45 +31,40 @@ struct FileArgs {
     json: bool,
 }
 
-/// Runs `config`.
-pub fn run(args: &ConfigArgs) -> Outcome {
+pub(super) fn run(args: &ConfigArgs) -> CommandResult {
     match &args.action {
-        Action::Check(file) => check(file),
-        Action::Show(file) => show(file),
+        ConfigAction::Check(file) => check(file),
+        ConfigAction::Show(file) => show(file),
     }
 }
 
-fn check(args: &FileArgs) -> Outcome {
+fn check(args: &ConfigFileArgs) -> CommandResult {
     let loaded = load(args.config.as_deref(), &[]);
-    let (files, mistakes) = match &loaded {
+    let (files, errors) = match &loaded {
         Ok(loaded) => (loaded.files.clone(), Vec::new()),
-        Err(mistakes) => (Vec::new(), mistakes.clone()),
+        Err(errors) => (Vec::new(), errors.clone()),
     };
     if args.json {
-        let told: Vec<_> = mistakes.iter().map(mistake_json).collect();
-        output::json(&json!({"valid": mistakes.is_empty(), "files": files, "mistakes": told}))?;
-        return Ok(if mistakes.is_empty() {
-            DONE
-        } else {
-            super::failure::USAGE
-        });
+        let records: Vec<_> = errors.iter().map(error_json).collect();
+        output::json(&json!({"valid": errors.is_empty(), "files": files, "mistakes": records}))?;
+        return Ok(if errors.is_empty() { DONE } else { USAGE });
     }
     loaded?;
     let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
-    let read = if names.is_empty() {
+    let sources = if names.is_empty() {
         "no file, defaults only".to_owned()
     } else {
         names.join(", ")
     };
-    output::line(format!("valid: {read}"))?;
+    output::line(format!("valid: {sources}"))?;
     Ok(DONE)
 }
 
-fn mistake_json(mistake: &Mistake) -> serde_json::Value {
-    json!({"file": mistake.file, "line": mistake.line, "problem": mistake.problem.to_string()})
+fn error_json(error: &ConfigError) -> serde_json::Value {
+    json!({"file": error.file, "line": error.line, "problem": error.problem.to_string()})
 }
 
-fn show(args: &FileArgs) -> Outcome {
+fn show(args: &ConfigFileArgs) -> CommandResult {
     let loaded = load(args.config.as_deref(), &[])?;
     if args.json {
         output::json(&json!({"files": loaded.files, "settings": settings_json(&loaded)}))?;
@@ -90,7 +84,7 @@ fn show(args: &FileArgs) -> Outcome {
     Ok(DONE)
 }
 
-fn settings_json(loaded: &Loaded) -> Vec<serde_json::Value> {
+fn settings_json(loaded: &LoadedConfig) -> Vec<serde_json::Value> {
     loaded
         .layers
         .values
@@ -101,18 +95,15 @@ fn settings_json(loaded: &Loaded) -> Vec<serde_json::Value> {
         .collect()
 }
 
-fn origin_text(origin: &Origin) -> String {
+fn origin_text(origin: &ValueOrigin) -> String {
     match origin {
-        Origin::Default => "default".to_owned(),
-        Origin::File(path, line) => format!("{}:{line}", path.display()),
-        Origin::Flag => "command line".to_owned(),
+        ValueOrigin::Default => "default".to_owned(),
+        ValueOrigin::File(path, line) => format!("{}:{line}", path.display()),
+        ValueOrigin::Flag => "command line".to_owned(),
     }
 }
 
-/// Reads the configuration for another command.
-///
-/// # Errors
-/// Every mistake in it.
-pub fn settings(file: Option<&std::path::Path>) -> Result<crate::config::Settings, Failure> {
+/// The configuration of another command.
+pub(super) fn load_settings(file: Option<&Path>) -> Result<Settings, Failure> {
     Ok(load(file, &[])?.settings)
 }

@@ -1,7 +1,7 @@
-//! `patrold devices`: who answers on the ports, and how they are.
+//! `patrold devices`: the connected devices and their state, and all serial ports.
 
-use super::failure::{DONE, FAILED, Outcome};
-use super::{config, output, signals};
+use super::failure::{CommandResult, DONE, FAILED, Failure};
+use super::{config, output, signals, value_parsers};
 use crate::devices::{
     AxisReport, DeviceError, HeadReport, LaserReport, PortReport, Station, inventory,
 };
@@ -12,36 +12,35 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::sync::mpsc;
 
-/// Arguments of `devices`.
 #[derive(Debug, Args)]
-pub struct DevicesArgs {
+pub(super) struct DevicesArgs {
     /// Configuration file
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Seconds of the devices per second of the wall, for emulated devices that run at X times the wall's pace
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = super::emulate::scale)]
+    /// For emulated devices: device seconds per second of wall time, as given to `emulate`
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = value_parsers::parse_time_scale)]
     time_scale: f64,
     /// Report as JSON
     #[arg(long)]
     json: bool,
 }
 
-/// Runs `devices`. One that does not answer is told in its place; then the command has failed.
-pub fn run(args: &DevicesArgs) -> Outcome {
-    let settings = config::settings(args.config.as_deref())?;
-    // Before the ports are opened: afterwards this program would be among those that have them.
+/// Reports both devices, with an error in place of one that does not answer; the exit code is then [`FAILED`].
+pub(super) fn run(args: &DevicesArgs) -> CommandResult {
+    let settings = config::load_settings(args.config.as_deref())?;
+    // Before the ports are opened, so that this process is not listed as their user.
     let ports = inventory(&settings).unwrap_or_else(|error| {
-        eprintln!("patrold: ports are not listed: {error}");
+        eprintln!("patrold: serial ports cannot be listed: {error}");
         Vec::new()
     });
     let (notes, _) = mpsc::channel();
     let cancel = signals::cancel_on_signal()?;
     let (laser, ptu) = Station::survey(&settings, Clock::scaled(args.time_scale), notes, &cancel)
-        .map_err(super::failure::Failure::failed)?;
+        .map_err(Failure::failed)?;
     if args.json {
         output::json(&json!({
-            "laser": answer(&laser, &settings.laser.port),
-            "ptu": answer(&ptu, &settings.ptu.port),
+            "laser": device_json(&laser, &settings.laser.port),
+            "ptu": device_json(&ptu, &settings.ptu.port),
             "ports": ports,
         }))?;
     } else {
@@ -62,7 +61,7 @@ pub fn run(args: &DevicesArgs) -> Outcome {
     })
 }
 
-fn answer(report: &Result<impl Serialize, DeviceError>, port: &str) -> serde_json::Value {
+fn device_json(report: &Result<impl Serialize, DeviceError>, port: &str) -> serde_json::Value {
     match report {
         Ok(report) => json!(report),
         Err(error) => json!({"port": port, "error": error.to_string()}),
@@ -71,16 +70,16 @@ fn answer(report: &Result<impl Serialize, DeviceError>, port: &str) -> serde_jso
 
 fn ports_text(ports: &[PortReport]) -> String {
     if ports.is_empty() {
-        return "ports: no serial port with a device behind it".to_owned();
+        return "ports: no serial port with a device found".to_owned();
     }
     let line = |port: &PortReport| {
-        let mut said = vec![port.usb.clone().unwrap_or_else(|| "not on USB".to_owned())];
-        said.extend(port.product.clone());
+        let mut parts = vec![port.usb.clone().unwrap_or_else(|| "not on USB".to_owned())];
+        parts.extend(port.product.clone());
         if !port.held_by.is_empty() {
-            said.push(format!("in use by {}", port.held_by.join(", ")));
+            parts.push(format!("in use by {}", port.held_by.join(", ")));
         }
-        said.extend(port.configured_as.iter().map(|key| (*key).to_owned()));
-        format!("\n  {}: {}", port.path, said.join(", "))
+        parts.extend(port.configured_as.iter().map(|key| (*key).to_owned()));
+        format!("\n  {}: {}", port.path, parts.join(", "))
     };
     format!("ports:{}", ports.iter().map(line).collect::<String>())
 }
@@ -115,13 +114,16 @@ fn head_text(report: &HeadReport) -> String {
         axis("pan", &report.pan),
         axis("tilt", &report.tilt),
     ];
-    let warm: Vec<String> = report
+    let temperatures: Vec<String> = report
         .temperatures_c
         .iter()
         .map(|c| format!("{c:.0} degC"))
         .collect();
     if let Some(volts) = report.supply_v {
-        lines.push(format!("  supply {volts:.1} V, {}", warm.join(", ")));
+        lines.push(format!(
+            "  supply {volts:.1} V, {}",
+            temperatures.join(", ")
+        ));
     }
     lines.join("\n")
 }

@@ -1,16 +1,15 @@
 //! `patrold distance A.json B.json`: Earth Mover's Distance between two mixtures.
 
-use super::failure::{DONE, Failure, Outcome};
+use super::failure::{CommandResult, DONE, Failure};
 use super::{fit, output};
 use clap::{Args, ValueEnum};
-use patrold_engine::distance::{Emd, Ground, cost_matrix, emd_of_costs};
+use patrold_engine::distance::{Emd, GroundDistance, cost_matrix, emd_of_costs};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Arguments of `distance`.
 #[derive(Debug, Args)]
-pub struct DistanceArgs {
+pub(super) struct DistanceArgs {
     /// First mixture
     first: PathBuf,
     /// Second mixture
@@ -18,7 +17,7 @@ pub struct DistanceArgs {
     /// Ground distance between Gaussians
     #[arg(long, value_enum, default_value = "w2")]
     ground: GroundArg,
-    /// Repeat so often and report median times
+    /// Repeat R times and report median times
     #[arg(long, value_name = "R", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     repeat: u32,
     /// Report as JSON
@@ -26,18 +25,17 @@ pub struct DistanceArgs {
     json: bool,
 }
 
-/// The ground distances by name.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum GroundArg {
+enum GroundArg {
     /// Wasserstein-2, metres
     W2,
-    /// Distance of the means, metres
+    /// Euclidean distance of the means, metres
     Euclid,
-    /// Foerstner-Moonen plus the distance of the means over 1 m
+    /// Foerstner-Moonen plus the distance of the means in metres, no unit
     Fm,
 }
 
-impl From<GroundArg> for Ground {
+impl From<GroundArg> for GroundDistance {
     fn from(arg: GroundArg) -> Self {
         match arg {
             GroundArg::W2 => Self::W2,
@@ -47,29 +45,28 @@ impl From<GroundArg> for Ground {
     }
 }
 
-/// Runs `distance`.
-pub fn run(args: &DistanceArgs) -> Outcome {
+pub(super) fn run(args: &DistanceArgs) -> CommandResult {
     let a = fit::read_mixture(&args.first)?;
     let b = fit::read_mixture(&args.second)?;
     let mut cost_ms = Vec::new();
     let mut solve_ms = Vec::new();
     let mut solved = None;
     for _ in 0..args.repeat {
-        let began = Instant::now();
+        let started = Instant::now();
         let costs = cost_matrix(&a, &b, args.ground.into());
-        cost_ms.push(began.elapsed().as_secs_f64() * 1e3);
-        let began = Instant::now();
+        cost_ms.push(started.elapsed().as_secs_f64() * 1e3);
+        let started = Instant::now();
         let emd = emd_of_costs(&a.weights, &b.weights, &costs).map_err(Failure::failed)?;
-        solve_ms.push(began.elapsed().as_secs_f64() * 1e3);
+        solve_ms.push(started.elapsed().as_secs_f64() * 1e3);
         solved = Some(emd);
     }
     let Some(emd) = solved else {
-        return Err(Failure::Usage("--repeat wants at least 1".to_owned()));
+        return Err(Failure::Usage("--repeat needs at least 1".to_owned()));
     };
-    tell(&emd, median(&mut cost_ms), median(&mut solve_ms), args.json)
+    print_report(&emd, median(&mut cost_ms), median(&mut solve_ms), args.json)
 }
 
-fn tell(emd: &Emd, cost_ms: f64, solve_ms: f64, as_json: bool) -> Outcome {
+fn print_report(emd: &Emd, cost_ms: f64, solve_ms: f64, as_json: bool) -> CommandResult {
     if as_json {
         let plan: Vec<(usize, usize, f64)> =
             emd.plan.iter().map(|f| (f.from, f.to, f.mass)).collect();

@@ -1,16 +1,18 @@
-//! `patrold emulate`: both devices, byte for byte, on pseudo-terminals, until interrupted.
+//! `patrold emulate`: both devices on pseudo-terminals, until interrupted.
 
-use super::failure::{DONE, Failure, Outcome};
-use super::signals::Interruption;
-use super::{output, scenes};
+use super::failure::{CommandResult, DONE, Failure};
+use super::signals::TerminationSignals;
+use super::{output, scenes, value_parsers};
 use crate::config::Settings;
 use clap::Args;
 use link::Clock;
 use nalgebra::Point3;
 use patrold_engine::geometry::RollPitchYaw;
-use patrold_sim::emulator::{EmulatedFault, Emulation, EmulationOptions, Emulator, EmulatorPorts};
-use patrold_sim::world::{MountGeometry, Stand};
-use scip::twin::Profile;
+use patrold_sim::emulator::{
+    EmulatedFault, EmulatedFaultError, Emulation, EmulationOptions, Emulator, EmulatorPorts,
+};
+use patrold_sim::world::{MountGeometry, Pose2d, World};
+use scip::emulator::LaserProfile;
 use serde::Deserialize;
 use serde_json::json;
 use std::io::{self, BufRead};
@@ -19,13 +21,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
-/// Arguments of `emulate`.
-///
-/// Lines on standard input command it while it runs: {"at": [x, y, yaw]} (metres, radians) moves the robot, {"scene": FILE}
-/// changes the world, {"fault": SPEC} injects.
 #[derive(Debug, Args)]
-pub struct EmulateArgs {
-    /// What stands around: a scene file
+pub(super) struct EmulateArgs {
+    /// Scene file of the surroundings
     #[arg(long, value_name = "FILE")]
     scene: PathBuf,
     /// Link to the laser's pseudo-terminal
@@ -34,63 +32,55 @@ pub struct EmulateArgs {
     /// Link to the pan-tilt's pseudo-terminal
     #[arg(long, value_name = "PATH")]
     ptu: Option<PathBuf>,
-    /// The laser listens on this address instead (HOST:PORT; port 0 takes a free one)
+    /// TCP address of the laser instead of a pseudo-terminal (HOST:PORT; port 0 takes a free one)
     #[arg(long, value_name = "ADDR", conflicts_with = "laser")]
     laser_tcp: Option<SocketAddr>,
-    /// Which laser: urg-04lx, urg-04lx-ug01, utm-30lx or ust-20lx
-    #[arg(long, value_name = "NAME", default_value = "urg-04lx", value_parser = profile)]
-    laser_profile: Profile,
-    /// An option of the emulated laser: start=streaming, link=19200, timer=16770, serial=H0001 ...
+    /// Model of the laser: urg-04lx, urg-04lx-ug01, utm-30lx or ust-20lx
+    #[arg(long, value_name = "NAME", default_value = "urg-04lx", value_parser = parse_profile)]
+    laser_profile: LaserProfile,
+    /// Option of the emulated laser: start=streaming, link=19200, timer=16770, serial=H0001 ...
     #[arg(long = "laser-option", value_name = "KEY=VALUE")]
     laser_options: Vec<String>,
-    /// An option of the emulated pan-tilt: model=d46-70, velocity=on, baud=19200, line-end=cr, pan=-500 ...
+    /// Option of the emulated pan-tilt: model=d46-70, velocity=on, baud=19200, line-end=cr, pan=-500 ...
     #[arg(long = "ptu-option", value_name = "KEY=VALUE")]
     ptu_options: Vec<String>,
-    /// How the laser truly sits on the plate: roll,pitch,yaw in degrees
-    #[arg(long, value_name = "R,P,Y", value_parser = super::clouds::parse_point, allow_hyphen_values = true)]
+    /// True orientation of the laser on the plate: roll,pitch,yaw in degrees
+    #[arg(long, value_name = "R,P,Y", value_parser = value_parsers::parse_point, allow_hyphen_values = true)]
     mount_rpy_deg: Option<Point3<f64>>,
-    /// Where the laser truly is on the plate: x,y,z in metres
-    #[arg(long, value_name = "X,Y,Z", value_parser = super::clouds::parse_point, allow_hyphen_values = true)]
+    /// True position of the laser on the plate: x,y,z in metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::parse_point, allow_hyphen_values = true)]
     mount_xyz_m: Option<Point3<f64>>,
-    /// Seconds of the devices per second of the wall
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = scale)]
+    /// Device seconds per second of wall time
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = value_parsers::parse_time_scale)]
     time_scale: f64,
-    /// Seed of noise, jitter and spoilt bytes
+    /// Seed of noise, jitter and corrupted bytes
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// A fault: device.kind[:key=value,...], device laser or ptu, keys at=, for=, count= and its own
+    /// Fault: device.kind[:key=value,...] with device laser or ptu, keys at=, for=, count= and those of the kind
     #[arg(long = "fault", value_name = "SPEC")]
     faults: Vec<String>,
 }
 
-fn profile(name: &str) -> Result<Profile, String> {
-    Profile::by_name(name).ok_or_else(|| format!("expected one of {}", Profile::NAMES.join(", ")))
+fn parse_profile(name: &str) -> Result<LaserProfile, String> {
+    LaserProfile::by_name(name)
+        .ok_or_else(|| format!("expected one of {}", LaserProfile::NAMES.join(", ")))
 }
 
-/// Seconds of the devices per second of the wall, as a command takes it.
-pub(super) fn scale(text: &str) -> Result<f64, String> {
-    let scale = text.parse::<f64>().ok();
-    scale
-        .filter(|x| (0.001..=1000.0).contains(x))
-        .ok_or_else(|| "expected a number from 0.001 to 1000".to_owned())
-}
-
-fn fault(text: &str) -> Result<EmulatedFault, String> {
+fn parse_fault(text: &str) -> Result<EmulatedFault, String> {
     text.parse()
-        .map_err(|error: patrold_sim::emulator::EmulatedFaultError| error.to_string())
+        .map_err(|error: EmulatedFaultError| error.to_string())
 }
 
-/// Runs `emulate`.
-pub fn run(args: &EmulateArgs) -> Outcome {
+pub(super) fn run(args: &EmulateArgs) -> CommandResult {
     let emulator = start(args)?;
-    // Taken over before the ready line: whoever reads it may interrupt at once.
-    let interruption = Interruption::new()?;
+    // Before the ready line: its reader may interrupt at once.
+    let signals = TerminationSignals::new()?;
     output::json(&json!({"laser": emulator.laser_port(), "ptu": emulator.head_port()}))?;
     let running = Arc::new(Mutex::new(Some(emulator)));
-    let commanded = Arc::clone(&running);
-    thread::spawn(move || obey_lines(&commanded));
-    interruption.wait();
-    // Dropped here, with its links, whatever the other thread still reads.
+    let shared = Arc::clone(&running);
+    thread::spawn(move || run_stdin_commands(&shared));
+    signals.wait();
+    // Dropped here with its links, while the other thread may still read.
     let emulator = running
         .lock()
         .unwrap_or_else(PoisonError::into_inner)
@@ -100,14 +90,14 @@ pub fn run(args: &EmulateArgs) -> Outcome {
 }
 
 fn start(args: &EmulateArgs) -> Result<Emulator, Failure> {
-    let faults: Result<Vec<_>, _> = args.faults.iter().map(|spec| fault(spec)).collect();
+    let faults: Result<Vec<_>, _> = args.faults.iter().map(|spec| parse_fault(spec)).collect();
     let faults = faults.map_err(Failure::Usage)?;
     if let (Some(laser), Some(head)) = (&args.laser, &args.ptu)
         && laser == head
     {
         let path = laser.display();
         return Err(Failure::Usage(format!(
-            "--laser and --ptu are both {path}: give each device a link of its own"
+            "--laser and --ptu are both {path}: give each device its own link"
         )));
     }
     let scene = scenes::load(&args.scene)?;
@@ -115,12 +105,12 @@ fn start(args: &EmulateArgs) -> Result<Emulator, Failure> {
     let mut options = EmulationOptions::seeded(args.seed);
     options.laser.set_profile(args.laser_profile.clone());
     for option in &args.laser_options {
-        let taken = options.laser.set(option);
-        taken.map_err(|error| Failure::Usage(format!("--laser-option: {error}")))?;
+        let set = options.laser.set(option);
+        set.map_err(|error| Failure::Usage(format!("--laser-option: {error}")))?;
     }
     for option in &args.ptu_options {
-        let taken = options.head.set(option);
-        taken.map_err(|error| Failure::Usage(format!("--ptu-option: {error}")))?;
+        let set = options.head.set(option);
+        set.map_err(|error| Failure::Usage(format!("--ptu-option: {error}")))?;
     }
     options.mount = default_mount();
     if let Some(rpy) = args.mount_rpy_deg {
@@ -145,7 +135,7 @@ fn start(args: &EmulateArgs) -> Result<Emulator, Failure> {
     Emulator::start(emulation, &ports, clock).map_err(Failure::failed)
 }
 
-/// The robot carries its laser as a configuration that says nothing believes.
+/// The mount of the default configuration.
 fn default_mount() -> MountGeometry {
     let mount = Settings::defaults().mount;
     let [roll_rad, pitch_rad, yaw_rad] = mount.laser_rpy_rad;
@@ -162,32 +152,32 @@ fn default_mount() -> MountGeometry {
     }
 }
 
-/// One line of standard input.
+/// One command on standard input.
 #[derive(Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "lowercase")]
-enum Order {
+enum EmulatorCommand {
     At([f64; 3]),
     Scene(PathBuf),
     Fault(String),
 }
 
-fn order(line: &str) -> Result<Order, String> {
-    let order: Order = serde_json::from_str(line).map_err(|error| {
+fn parse_command(line: &str) -> Result<EmulatorCommand, String> {
+    let command: EmulatorCommand = serde_json::from_str(line).map_err(|error| {
         format!("expected {{\"at\": [x, y, yaw]}}, {{\"scene\": FILE}} or {{\"fault\": SPEC}}, got {line}: {error}")
     })?;
-    Ok(order)
+    Ok(command)
 }
 
-fn obey_lines(running: &Mutex<Option<Emulator>>) {
-    for told in orders(io::stdin().lock()) {
-        if let Err(told) = told.and_then(|order| obey(&order, running)) {
-            eprintln!("patrold: {told}");
+fn run_stdin_commands(running: &Mutex<Option<Emulator>>) {
+    for command in read_commands(io::stdin().lock()) {
+        if let Err(error) = command.and_then(|command| run_command(&command, running)) {
+            eprintln!("patrold: {error}");
         }
     }
 }
 
-/// Every order up to the end of the input; what is none, text or not, is told and the next line read.
-fn orders(mut input: impl BufRead) -> impl Iterator<Item = Result<Order, String>> {
+/// All commands up to the end of the input; an error for a line that is none, even where it is not UTF-8.
+fn read_commands(mut input: impl BufRead) -> impl Iterator<Item = Result<EmulatorCommand, String>> {
     std::iter::from_fn(move || {
         loop {
             let mut line = Vec::new();
@@ -197,39 +187,39 @@ fn orders(mut input: impl BufRead) -> impl Iterator<Item = Result<Order, String>
             }
             let line = String::from_utf8_lossy(&line);
             if !line.trim().is_empty() {
-                return Some(order(line.trim()));
+                return Some(parse_command(line.trim()));
             }
         }
     })
 }
 
-fn obey(order: &Order, running: &Mutex<Option<Emulator>>) -> Result<(), String> {
-    // Reading a scene may take long; the emulator is asked afterwards.
-    let world = match order {
-        Order::Scene(path) => Some(load_world(path)?),
+fn run_command(command: &EmulatorCommand, running: &Mutex<Option<Emulator>>) -> Result<(), String> {
+    // A scene may take long to read, so it is read before the lock is taken.
+    let world = match command {
+        EmulatorCommand::Scene(path) => Some(load_world(path)?),
         _ => None,
     };
     let running = running.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(emulator) = running.as_ref() else {
         return Ok(());
     };
-    match order {
-        Order::At([x_m, y_m, yaw_rad]) => emulator.drive_to(Stand {
+    match command {
+        EmulatorCommand::At([x_m, y_m, yaw_rad]) => emulator.drive_to(Pose2d {
             x_m: *x_m,
             y_m: *y_m,
             yaw_rad: *yaw_rad,
         }),
-        Order::Scene(_) => {
+        EmulatorCommand::Scene(_) => {
             if let Some(world) = world {
                 emulator.set_world(world);
             }
         }
-        Order::Fault(spec) => emulator.inject(fault(spec)?),
+        EmulatorCommand::Fault(spec) => emulator.inject(parse_fault(spec)?),
     }
     Ok(())
 }
 
-fn load_world(path: &Path) -> Result<Arc<patrold_sim::world::World>, String> {
+fn load_world(path: &Path) -> Result<Arc<World>, String> {
     scenes::load(path)
         .map(|scene| scene.world)
         .map_err(|failure| failure.to_string())
@@ -237,34 +227,37 @@ fn load_world(path: &Path) -> Result<Arc<patrold_sim::world::World>, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Order, fault, order, orders};
+    use super::{EmulatorCommand, parse_command, parse_fault, read_commands};
     use std::path::PathBuf;
 
     #[test]
-    fn a_line_that_is_no_text_does_not_end_the_orders() {
+    fn a_line_that_is_not_utf8_does_not_end_the_commands() {
         let input = b"\xff\xfe\n\n{\"at\": [0, 0, 0]}\r\n{\"at\": [1, 0, 0]}";
-        let told: Vec<_> = orders(&input[..]).collect();
-        assert_eq!(told.len(), 3);
-        assert!(told[0].is_err());
+        let commands: Vec<_> = read_commands(&input[..]).collect();
+        assert_eq!(commands.len(), 3);
+        assert!(commands[0].is_err());
         assert_eq!(
-            told[1..],
-            [Ok(Order::At([0.0; 3])), Ok(Order::At([1.0, 0.0, 0.0]))]
+            commands[1..],
+            [
+                Ok(EmulatorCommand::At([0.0; 3])),
+                Ok(EmulatorCommand::At([1.0, 0.0, 0.0]))
+            ]
         );
     }
 
     #[test]
-    fn orders_are_read_and_others_refused_in_one_line() {
+    fn commands_are_parsed_and_other_lines_refused_in_one_line() {
         assert_eq!(
-            order("{\"at\": [1, 2.5, -0.3]}"),
-            Ok(Order::At([1.0, 2.5, -0.3]))
+            parse_command("{\"at\": [1, 2.5, -0.3]}"),
+            Ok(EmulatorCommand::At([1.0, 2.5, -0.3]))
         );
         assert_eq!(
-            order("{\"scene\": \"a.toml\"}"),
-            Ok(Order::Scene(PathBuf::from("a.toml")))
+            parse_command("{\"scene\": \"a.toml\"}"),
+            Ok(EmulatorCommand::Scene(PathBuf::from("a.toml")))
         );
         assert!(matches!(
-            order("{\"fault\": \"laser.silence\"}"),
-            Ok(Order::Fault(_))
+            parse_command("{\"fault\": \"laser.silence\"}"),
+            Ok(EmulatorCommand::Fault(_))
         ));
         for line in [
             "{}",
@@ -273,10 +266,10 @@ mod tests {
             "{\"go\": 1}",
             "{\"at\": [0,0,0], \"scene\": \"b\"}",
         ] {
-            assert!(!order(line).expect_err(line).contains('\n'));
+            assert!(!parse_command(line).expect_err(line).contains('\n'));
         }
         assert!(
-            fault("laser.nothing")
+            parse_fault("laser.nothing")
                 .expect_err("no fault")
                 .contains("brown-out")
         );

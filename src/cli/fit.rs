@@ -1,38 +1,36 @@
 //! `patrold fit CLOUD`: the mixture of one cloud by EM.
 
-use super::failure::{DONE, Failure, Outcome};
+use super::failure::{CommandResult, DONE, Failure};
 use super::{clouds, files, output};
 use clap::Args;
-use patrold_engine::mixture::constants::{MOST_COMPONENTS, RESTARTS};
 use patrold_engine::mixture::{
-    Collapse, Components, EmSettings, Fit, FitSettings, Mixture, MixtureRecord, SplitSettings,
-    Start, Stopped, fit,
+    Collapse, ComponentSelection, DEFAULT_MAX_COMPONENTS, DEFAULT_RESTARTS, EmFit, EmSettings,
+    FitSettings, FitStart, Mixture, MixtureRecord, SplitSettings, StopReason, fit,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Arguments of `fit`.
 #[derive(Debug, Args)]
-pub struct FitArgs {
+pub(super) struct FitArgs {
     /// Recorded cloud (PLY, PCD or XYZ text)
     cloud: PathBuf,
-    /// How many: a number K, `bic` or `mml` to find one, `flat` to split until every component is flat
-    #[arg(long, value_name = "K|bic|mml|flat", default_value = "flat", conflicts_with = "init", value_parser = Count::parse)]
-    components: Count,
-    /// Most components that bic and mml try
-    #[arg(long, value_name = "K", default_value_t = MOST_COMPONENTS, value_parser = most)]
+    /// Number of components: K, `bic` or `mml` to choose it, `flat` to split until every component is flat
+    #[arg(long, value_name = "K|bic|mml|flat", default_value = "flat", conflicts_with = "init", value_parser = ComponentsArg::parse)]
+    components: ComponentsArg,
+    /// Largest number of components that bic and mml try
+    #[arg(long, value_name = "K", default_value_t = DEFAULT_MAX_COMPONENTS, value_parser = parse_positive)]
     max_components: usize,
-    /// Starts drawn anew for K, bic and mml; the best fit wins
-    #[arg(long, value_name = "R", default_value_t = RESTARTS, value_parser = most)]
+    /// Number of random starts for K, bic and mml; the best fit is kept
+    #[arg(long, value_name = "R", default_value_t = DEFAULT_RESTARTS, value_parser = parse_positive)]
     restarts: usize,
     /// Start from this mixture and run exactly --iterations (without --tolerance)
     #[arg(long, value_name = "FILE.json")]
     init: Option<PathBuf>,
-    /// EM steps at most
+    /// Maximum number of EM iterations
     #[arg(long, value_name = "N", default_value_t = EmSettings::default().iterations)]
     iterations: usize,
-    /// Stop when the mean log-likelihood rises by less than this; 0 runs every step [default: 0.001, with --init 0]
+    /// Stop when the mean log-likelihood rises by less than this; 0 runs all iterations [default: 0.001, with --init 0]
     #[arg(long, value_name = "T")]
     tolerance: Option<f64>,
     /// Worker threads
@@ -46,28 +44,27 @@ pub struct FitArgs {
     json: bool,
 }
 
-/// How many components, by name.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Count {
+enum ComponentsArg {
     Fixed(usize),
     Bic,
     Mml,
     Flat,
 }
 
-impl Count {
+impl ComponentsArg {
     fn parse(text: &str) -> Result<Self, String> {
         match text {
             "bic" => Ok(Self::Bic),
             "mml" => Ok(Self::Mml),
             "flat" => Ok(Self::Flat),
-            number => most(number)
+            number => parse_positive(number)
                 .map(Self::Fixed)
                 .map_err(|_| "expected a number from 1, bic, mml or flat".to_owned()),
         }
     }
 
-    fn name(self) -> &'static str {
+    fn as_str(self) -> &'static str {
         match self {
             Self::Fixed(_) => "fixed",
             Self::Bic => "bic",
@@ -77,7 +74,7 @@ impl Count {
     }
 }
 
-fn most(text: &str) -> Result<usize, String> {
+fn parse_positive(text: &str) -> Result<usize, String> {
     match text.parse::<u32>() {
         Ok(n) if n > 0 => Ok(n as usize),
         _ => Err("expected a number from 1".to_owned()),
@@ -85,7 +82,7 @@ fn most(text: &str) -> Result<usize, String> {
 }
 
 #[derive(Serialize)]
-struct Report {
+struct FitReport {
     #[serde(flatten)]
     mixture: MixtureRecord,
     mean_log_likelihood: f64,
@@ -94,7 +91,7 @@ struct Report {
     points: usize,
     dropped: usize,
     components_by: &'static str,
-    start: StartReport,
+    start: FitStartReport,
     runs: usize,
     collapsed: Vec<CollapseReport>,
     instructions: &'static str,
@@ -104,7 +101,7 @@ struct Report {
 
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-enum StartReport {
+enum FitStartReport {
     Init,
     KMeans { seed: u64, restart: u64 },
     Flat,
@@ -116,15 +113,14 @@ struct CollapseReport {
     why: &'static str,
 }
 
-/// Runs `fit`.
-pub fn run(args: &FitArgs) -> Outcome {
+pub(super) fn run(args: &FitArgs) -> CommandResult {
     let tolerance = args.tolerance.unwrap_or(match args.init {
         Some(_) => 0.0,
         None => EmSettings::default().tolerance,
     });
     if !(tolerance.is_finite() && tolerance >= 0.0) {
         return Err(Failure::Usage(format!(
-            "--tolerance wants a number of 0 or more, got {tolerance}"
+            "--tolerance needs a number from 0, got {tolerance}"
         )));
     }
     let cloud = clouds::load(&args.cloud)?;
@@ -137,51 +133,56 @@ pub fn run(args: &FitArgs) -> Outcome {
             ..EmSettings::default()
         },
         components: match (start, args.components) {
-            (Some(mixture), _) => Components::Start(mixture),
-            (None, Count::Fixed(k)) => Components::Fixed(k),
-            (None, Count::Bic) => Components::Bic {
+            (Some(mixture), _) => ComponentSelection::Start(mixture),
+            (None, ComponentsArg::Fixed(k)) => ComponentSelection::Fixed(k),
+            (None, ComponentsArg::Bic) => ComponentSelection::Bic {
                 max: args.max_components,
             },
-            (None, Count::Mml) => Components::Mml {
+            (None, ComponentsArg::Mml) => ComponentSelection::Mml {
                 max: args.max_components,
             },
-            (None, Count::Flat) => Components::Flat(SplitSettings::default()),
+            (None, ComponentsArg::Flat) => ComponentSelection::Flat(SplitSettings::default()),
         },
         seed: args.seed,
         restarts: args.restarts,
     };
-    let began = Instant::now();
-    let fitted =
-        fit(&cloud.points, None, &settings).map_err(|error| files::named(&args.cloud, error))?;
-    let fit_ms = began.elapsed().as_secs_f64() * 1e3;
-    tell(&fitted, &cloud, fit_ms, args)
+    let started = Instant::now();
+    let fitted = fit(&cloud.points, None, &settings)
+        .map_err(|error| files::file_error(&args.cloud, error))?;
+    let fit_ms = started.elapsed().as_secs_f64() * 1e3;
+    print_report(&fitted, &cloud, fit_ms, args)
 }
 
-fn tell(fitted: &Fit, cloud: &clouds::LoadedCloud, fit_ms: f64, args: &FitArgs) -> Outcome {
-    let report = Report {
+fn print_report(
+    fitted: &EmFit,
+    cloud: &clouds::LoadedCloud,
+    fit_ms: f64,
+    args: &FitArgs,
+) -> CommandResult {
+    let report = FitReport {
         mixture: MixtureRecord::from(&fitted.mixture),
         mean_log_likelihood: fitted.mean_log_likelihood,
         iterations: fitted.iterations,
         stopped: match fitted.stopped {
-            Stopped::Converged => "converged",
-            Stopped::IterationCap => "iteration_cap",
+            StopReason::Converged => "converged",
+            StopReason::IterationCap => "iteration_cap",
         },
         points: cloud.points.len(),
         dropped: cloud.dropped(),
         components_by: match args.init {
             Some(_) => "init",
-            None => args.components.name(),
+            None => args.components.as_str(),
         },
         start: match fitted.start {
-            Start::Given => StartReport::Init,
-            Start::KMeans { restart } => StartReport::KMeans {
+            FitStart::Given => FitStartReport::Init,
+            FitStart::KMeans { restart } => FitStartReport::KMeans {
                 seed: args.seed,
                 restart,
             },
-            Start::Flat => StartReport::Flat,
+            FitStart::Flat => FitStartReport::Flat,
         },
         runs: fitted.runs,
-        collapsed: fitted.collapsed.iter().map(collapse).collect(),
+        collapsed: fitted.collapsed.iter().map(collapse_report).collect(),
         instructions: fitted.instructions.name(),
         threads: fitted.threads,
         fit_ms,
@@ -205,7 +206,7 @@ fn tell(fitted: &Fit, cloud: &clouds::LoadedCloud, fit_ms: f64, args: &FitArgs) 
     Ok(DONE)
 }
 
-fn collapse(&(component, why): &(usize, Collapse)) -> CollapseReport {
+fn collapse_report(&(component, why): &(usize, Collapse)) -> CollapseReport {
     CollapseReport {
         component,
         why: match why {
@@ -215,11 +216,8 @@ fn collapse(&(component, why): &(usize, Collapse)) -> CollapseReport {
     }
 }
 
-/// Reads a mixture file of the contract's form.
-///
-/// # Errors
-/// The file is missing or is no mixture.
-pub fn read_mixture(path: &Path) -> Result<Mixture, Failure> {
+/// Reads a mixture file (`docs/contract.md`).
+pub(super) fn read_mixture(path: &Path) -> Result<Mixture, Failure> {
     let text = files::read_text(path)?;
-    MixtureRecord::parse(&text).map_err(|error| files::named(path, error))
+    MixtureRecord::parse(&text).map_err(|error| files::file_error(path, error))
 }

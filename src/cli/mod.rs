@@ -1,5 +1,14 @@
-//! Takes a command line, gives an exit code: one file per command, nothing but asking the other rooms and
-//! telling people or programs what they said.
+//! A command line in, an exit code out. Each command has a file or folder of its name; it parses arguments, calls the other
+//! modules and reports the result as text or JSON.
+//!
+//! | file | what several commands share |
+//! |---|---|
+//! | `args`, `failure` | all commands; exit codes and errors |
+//! | `value_parsers`, `time_arg` | parsers of option values |
+//! | `files`, `clouds`, `scenes` | files named on the command line |
+//! | `output`, `table`, `progress`, `alarm_report`, `calibration_report`, `stopwatch` | what a command prints |
+//! | `client`, `signals` | the socket of the service; SIGINT and SIGTERM |
+//! | `experiment` | what `evaluate` and `reproduce` share |
 
 mod alarm_report;
 mod alarms;
@@ -15,6 +24,7 @@ mod devices;
 mod distance;
 mod emulate;
 mod evaluate;
+mod experiment;
 mod failure;
 mod files;
 mod fit;
@@ -23,15 +33,16 @@ mod progress;
 mod rejudge;
 mod reproduce;
 mod run;
-mod shapes;
-mod stopwatch;
 mod scenes;
+mod shapes;
 mod signals;
+mod stopwatch;
 mod sweep;
 mod table;
 mod teach;
+mod time_arg;
+mod value_parsers;
 mod visit;
 mod waypoints;
-mod when;
 
 pub use args::{Cli, run};

@@ -1,14 +1,11 @@
-//! Standard output, the one place that writes to it.
+//! The only module that writes to standard output.
 
 use super::failure::Failure;
 use serde::Serialize;
 use std::io::{self, ErrorKind, Write as _};
 
-/// Writes one line to standard output. A reader that went away (`| head`) is no failure.
-///
-/// # Errors
-/// The output cannot be written (a full disk).
-pub fn line(text: impl AsRef<str>) -> Result<(), Failure> {
+/// Writes one line. A closed reader (`| head`) is no failure.
+pub(super) fn line(text: impl AsRef<str>) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     let written = writeln!(out, "{}", text.as_ref()).and_then(|()| out.flush());
     match written {
@@ -19,11 +16,8 @@ pub fn line(text: impl AsRef<str>) -> Result<(), Failure> {
     }
 }
 
-/// Writes one line of JSON to standard output.
-///
-/// # Errors
-/// As [`line`].
-pub fn json(value: &impl Serialize) -> Result<(), Failure> {
+/// Writes one line of JSON.
+pub(super) fn json(value: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string(value).map_err(Failure::failed)?;
     line(text)
 }

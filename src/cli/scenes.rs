@@ -8,32 +8,30 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A world and where its robot stands.
-pub struct LoadedScene {
-    /// What stands there.
+pub(super) struct LoadedScene {
     pub world: Arc<World>,
     /// Pose of the robot's base on the map.
     pub map_from_base: Pose,
 }
 
-/// Reads the scene in `path`; names in it are relative to its folder.
+/// Reads a scene file; paths in it are relative to its folder.
 ///
 /// # Errors
-/// The first mistake in any of its files, with file and line.
-pub fn load(path: &Path) -> Result<LoadedScene, Failure> {
+/// The first error in any of its files, with file and line.
+pub(super) fn load(path: &Path) -> Result<LoadedScene, Failure> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let name = path.to_string_lossy();
-    let read = |asked: &str| {
-        let file = if asked == name {
+    let read = |requested: &str| {
+        let file = if requested == name {
             path.to_owned()
         } else {
-            folder.join(asked)
+            folder.join(requested)
         };
         fs::read_to_string(&file).map_err(|error| error.to_string())
     };
     let scene = Scene::resolve(&name, &read).map_err(Failure::failed)?;
     let cloud = match &scene.cloud {
-        Some(place) => Some(clouds::load(&folder.join(&place.file))?.points),
+        Some(cloud) => Some(clouds::load(&folder.join(&cloud.file))?.points),
         None => None,
     };
     let world = scene.build(cloud.as_deref()).map_err(Failure::failed)?;

@@ -1,33 +1,32 @@
 //! `patrold shapes CLOUD`: the shapes in one segmented cloud.
 
-use super::failure::{DONE, Failure, Outcome};
-use super::{clouds, files, output, table};
+use super::failure::{CommandResult, DONE, Failure};
+use super::{clouds, files, output, table, value_parsers};
 use clap::{Args, ValueEnum};
 use nalgebra::Point3;
 use patrold_engine::mixture::{FitSettings, fit};
-use patrold_engine::novelty::Rim;
+use patrold_engine::novelty::Surroundings;
 use patrold_engine::report::ShapeRecord;
 use patrold_engine::shape::ransac::RansacSettings;
-use patrold_engine::shape::{Choice, Shape, ShapeSettings, primitives, retrieve};
+use patrold_engine::shape::{MethodChoice, Shape, ShapeSettings, detect_shapes, retrieve};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Arguments of `shapes`.
 #[derive(Debug, Args)]
-pub struct ShapesArgs {
+pub(super) struct ShapesArgs {
     /// Segmented cloud (PLY, PCD or XYZ text); its normals are used if it has them
     cloud: PathBuf,
-    /// How shapes are retrieved
+    /// Method of shape retrieval
     #[arg(long, value_enum, default_value = "auto")]
-    method: MethodArg,
-    /// RANSAC on the points themselves: every primitive in them, with disjoint points
+    method: ShapeMethodArg,
+    /// RANSAC on the points: all primitives, no point on two of them
     #[arg(long)]
     points: bool,
-    /// Where the sensor stood
-    #[arg(long, value_name = "X,Y,Z", value_parser = clouds::parse_point, allow_hyphen_values = true, default_value = "0,0,0")]
+    /// Position of the sensor in the cloud, metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::parse_point, allow_hyphen_values = true, default_value = "0,0,0")]
     sensor_origin: Point3<f64>,
-    /// Greatest distance of a point from the surface it belongs to, metres [default: from the noise]
+    /// Maximum distance of a point from its surface, metres [default: from the noise]
     #[arg(long, value_name = "M")]
     epsilon: Option<f64>,
     /// Seed of the sampling
@@ -39,8 +38,8 @@ pub struct ShapesArgs {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
-enum MethodArg {
-    /// Random sampling consensus (on samples of the Gaussians' ellipsoids unless --points)
+enum ShapeMethodArg {
+    /// RANSAC, on samples of the Gaussians' ellipsoids unless --points is given
     Ransac,
     /// Covariance matching
     Covariance,
@@ -48,26 +47,25 @@ enum MethodArg {
     Auto,
 }
 
-/// Runs `shapes`.
-pub fn run(args: &ShapesArgs) -> Outcome {
+pub(super) fn run(args: &ShapesArgs) -> CommandResult {
     if args.epsilon.is_some_and(|e| !(e.is_finite() && e > 0.0)) {
-        return Err(Failure::Usage("--epsilon wants metres above 0".to_owned()));
+        return Err(Failure::Usage("--epsilon needs metres above 0".to_owned()));
     }
-    if args.points && args.method == MethodArg::Covariance {
+    if args.points && args.method == ShapeMethodArg::Covariance {
         return Err(Failure::Usage(
-            "--points takes the points by RANSAC, --method covariance does not: leave one of them away".to_owned(),
+            "--points uses RANSAC, --method covariance does not: give one of them".to_owned(),
         ));
     }
     let cloud = clouds::load(&args.cloud)?;
-    let began = Instant::now();
-    let found = shapes(args, &cloud).map_err(|error| files::named(&args.cloud, error))?;
-    let shape_ms = began.elapsed().as_secs_f64() * 1e3;
+    let started = Instant::now();
+    let found = find_shapes(args, &cloud).map_err(|error| files::file_error(&args.cloud, error))?;
+    let shape_ms = started.elapsed().as_secs_f64() * 1e3;
     let records: Vec<ShapeRecord> = found.iter().map(ShapeRecord::new).collect();
-    // Primitives on the points share none; what the other methods tell is of all of them.
-    let on_one: usize = found.iter().map(|shape| shape.inliers).sum();
+    // With --points no point is on two shapes; other methods fit shapes to all points.
+    let points_on_shapes: usize = found.iter().map(|shape| shape.inliers).sum();
     let remainder = args
         .points
-        .then(|| cloud.points.len().saturating_sub(on_one));
+        .then(|| cloud.points.len().saturating_sub(points_on_shapes));
     if args.json {
         let mut report = json!({
             "shapes": records,
@@ -97,31 +95,31 @@ pub fn run(args: &ShapesArgs) -> Outcome {
         rows.add_row([
             record.class.clone(),
             format!("{:.2}", record.probability),
-            table::place(record.centre),
-            table::place(record.size),
+            table::format_point(record.centre),
+            table::format_point(record.size),
             record.inliers.to_string(),
             format!("{:.4}", record.residual_m),
         ]);
     }
     output::line(rows.to_string())?;
     if let Some(remainder) = remainder {
-        output::line(format!("{remainder} points on none of them"))?;
+        output::line(format!("{remainder} points on no shape"))?;
     }
     Ok(DONE)
 }
 
-fn shapes(args: &ShapesArgs, cloud: &clouds::LoadedCloud) -> Result<Vec<Shape>, String> {
+fn find_shapes(args: &ShapesArgs, cloud: &clouds::LoadedCloud) -> Result<Vec<Shape>, String> {
     let n = cloud.points.len();
     let ransac = args
         .epsilon
-        .map(|epsilon_m| RansacSettings::derived(n, epsilon_m, usize::MAX));
+        .map(|epsilon_m| RansacSettings::with_defaults(n, epsilon_m, usize::MAX));
     let settings = ShapeSettings {
         ransac,
         ..ShapeSettings::default()
     };
     if args.points {
         let normals = cloud.normals.as_deref();
-        return Ok(primitives(
+        return Ok(detect_shapes(
             &cloud.points,
             normals,
             &args.sensor_origin,
@@ -133,15 +131,15 @@ fn shapes(args: &ShapesArgs, cloud: &clouds::LoadedCloud) -> Result<Vec<Shape>, 
         .map_err(|error| error.to_string())?
         .mixture;
     let settings = match args.method {
-        MethodArg::Auto => settings,
-        MethodArg::Covariance => ShapeSettings {
-            choice: Choice::Covariance,
+        ShapeMethodArg::Auto => settings,
+        ShapeMethodArg::Covariance => ShapeSettings {
+            choice: MethodChoice::Covariance,
             ..settings
         },
-        MethodArg::Ransac => {
-            let samples = ShapeSettings::ideal().ransac_source;
+        ShapeMethodArg::Ransac => {
+            let samples = ShapeSettings::paper().ransac_source;
             ShapeSettings {
-                choice: Choice::Ransac,
+                choice: MethodChoice::Ransac,
                 ransac_source: samples,
                 ..settings
             }
@@ -149,14 +147,14 @@ fn shapes(args: &ShapesArgs, cloud: &clouds::LoadedCloud) -> Result<Vec<Shape>, 
     };
     let retrieval = retrieve(
         &cloud.points,
-        &Rim::default(),
+        &Surroundings::default(),
         &mixture,
         &args.sensor_origin,
         &settings,
         args.seed,
     )
     .map_err(|error| error.to_string())?;
-    let mut all = vec![retrieval.best];
-    all.extend(retrieval.parts);
-    Ok(all)
+    let mut shapes = vec![retrieval.best];
+    shapes.extend(retrieval.parts);
+    Ok(shapes)
 }

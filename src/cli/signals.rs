@@ -1,4 +1,4 @@
-//! SIGINT and SIGTERM for commands that must not leave a laser on or a link behind.
+//! SIGINT and SIGTERM, for commands that must not leave a laser on or a link behind.
 
 use super::failure::Failure;
 use crate::devices::Cancel;
@@ -6,18 +6,14 @@ use std::thread;
 use tokio::runtime::{Builder, Runtime};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
-/// Waiting for either signal; from its making on they no longer end the process by themselves.
-pub struct Interruption {
+/// Both signals. Once created, they no longer end the process by themselves.
+pub(super) struct TerminationSignals {
     runtime: Runtime,
     interrupt: Signal,
     terminate: Signal,
 }
 
-impl Interruption {
-    /// Takes over both signals.
-    ///
-    /// # Errors
-    /// The system refuses.
+impl TerminationSignals {
     pub fn new() -> Result<Self, Failure> {
         let failed = |error| Failure::Failed(format!("signals: {error}"));
         let runtime = Builder::new_current_thread()
@@ -35,7 +31,7 @@ impl Interruption {
         })
     }
 
-    /// Blocks until one of them comes.
+    /// Blocks until one of them arrives.
     pub fn wait(mut self) {
         let (interrupt, terminate) = (&mut self.interrupt, &mut self.terminate);
         self.runtime.block_on(async {
@@ -47,16 +43,13 @@ impl Interruption {
     }
 }
 
-/// A flag that either signal sets.
-///
-/// # Errors
-/// As [`Interruption::new`].
-pub fn cancel_on_signal() -> Result<Cancel, Failure> {
+/// Cancelled by either signal.
+pub(super) fn cancel_on_signal() -> Result<Cancel, Failure> {
     let cancel = Cancel::new();
     let setter = cancel.clone();
-    let interruption = Interruption::new()?;
+    let signals = TerminationSignals::new()?;
     thread::spawn(move || {
-        interruption.wait();
+        signals.wait();
         setter.cancel();
     });
     Ok(cancel)

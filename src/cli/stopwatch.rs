@@ -1,33 +1,31 @@
-//! Times of the stages of a comparison, as the contract lists them.
+//! Times of the stages of a comparison (`timing_ms` in `docs/contract.md`).
 
-use patrold_engine::inspect::Stage;
-use patrold_engine::novelty;
+use patrold_engine::inspect::InspectionStage;
+use patrold_engine::novelty::DetectionStage;
 use serde::Serialize;
 use std::time::Instant;
 
 /// Milliseconds by stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Timing {
+pub(super) struct CompareTiming {
     /// Reading the files.
     pub load: f64,
-    /// Making the reference ready: indexed and modelled. A stored one keeps this for all its revisits.
+    /// Preparing the reference. The service does this once per reference.
     pub reference: f64,
-    /// Indexing and modelling the current view.
+    /// Modelling the current view.
     pub fit: f64,
-    /// Bringing them together.
     pub register: f64,
     /// d_GMM.
     pub distance: f64,
-    /// Finding what changed.
+    /// Segmentation of the novelties.
     pub segment: f64,
-    /// Retrieving shapes.
+    /// Shape retrieval.
     pub shape: f64,
-    /// All of it.
     pub total: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Lap {
+enum TimedStage {
     Load,
     Reference,
     Fit,
@@ -37,61 +35,57 @@ enum Lap {
     Shape,
 }
 
-/// A stopwatch that starts in the stage of loading.
+/// Starts in the stage `load`.
 #[derive(Debug)]
-pub struct Stopwatch {
-    timing: Timing,
-    lap: Lap,
+pub(super) struct Stopwatch {
+    timing: CompareTiming,
+    current: TimedStage,
     since: Instant,
 }
 
 impl Stopwatch {
-    /// Starts it.
     pub fn start() -> Self {
         Self {
-            timing: Timing::default(),
-            lap: Lap::Load,
+            timing: CompareTiming::default(),
+            current: TimedStage::Load,
             since: Instant::now(),
         }
     }
 
-    /// The reference is being made ready from now on.
-    pub fn reference(&mut self) {
-        self.begin(Lap::Reference);
+    pub fn enter_reference(&mut self) {
+        self.switch_to(TimedStage::Reference);
     }
 
-    /// The inspection has come to this stage.
-    pub fn stage(&mut self, stage: Stage) {
-        self.begin(match stage {
-            Stage::Novelty(novelty::Stage::Fit) => Lap::Fit,
-            Stage::Novelty(novelty::Stage::Register) => Lap::Register,
-            Stage::Novelty(novelty::Stage::Segment) => Lap::Segment,
-            Stage::Novelty(novelty::Stage::Distance) => Lap::Distance,
-            Stage::Shape => Lap::Shape,
+    pub fn enter(&mut self, stage: InspectionStage) {
+        self.switch_to(match stage {
+            InspectionStage::Detection(DetectionStage::Fit) => TimedStage::Fit,
+            InspectionStage::Detection(DetectionStage::Register) => TimedStage::Register,
+            InspectionStage::Detection(DetectionStage::Segment) => TimedStage::Segment,
+            InspectionStage::Detection(DetectionStage::Distance) => TimedStage::Distance,
+            InspectionStage::Shape => TimedStage::Shape,
         });
     }
 
-    /// Stops it.
-    pub fn stop(mut self) -> Timing {
-        self.begin(self.lap);
+    pub fn stop(mut self) -> CompareTiming {
+        self.switch_to(self.current);
         self.timing
     }
 
-    fn begin(&mut self, next: Lap) {
+    fn switch_to(&mut self, next: TimedStage) {
         let now = Instant::now();
-        let passed_ms = now.duration_since(self.since).as_secs_f64() * 1e3;
+        let elapsed_ms = now.duration_since(self.since).as_secs_f64() * 1e3;
         let timing = &mut self.timing;
-        *match self.lap {
-            Lap::Load => &mut timing.load,
-            Lap::Reference => &mut timing.reference,
-            Lap::Fit => &mut timing.fit,
-            Lap::Register => &mut timing.register,
-            Lap::Distance => &mut timing.distance,
-            Lap::Segment => &mut timing.segment,
-            Lap::Shape => &mut timing.shape,
-        } += passed_ms;
-        timing.total += passed_ms;
-        self.lap = next;
+        *match self.current {
+            TimedStage::Load => &mut timing.load,
+            TimedStage::Reference => &mut timing.reference,
+            TimedStage::Fit => &mut timing.fit,
+            TimedStage::Register => &mut timing.register,
+            TimedStage::Distance => &mut timing.distance,
+            TimedStage::Segment => &mut timing.segment,
+            TimedStage::Shape => &mut timing.shape,
+        } += elapsed_ms;
+        timing.total += elapsed_ms;
+        self.current = next;
         self.since = now;
     }
 }

@@ -1,68 +1,66 @@
 //! `patrold sweep --out FILE.ply`: one sweep, through the running service, else straight from the devices.
 
-use super::failure::{DONE, Failure, Outcome};
-use super::{client, config, files, output, signals};
+use super::failure::{CommandResult, DONE, Failure};
+use super::{client, config, files, output, signals, value_parsers};
 use crate::config::Settings;
-use crate::devices::{Cancel, NoteLevel, Station, SweepRequest};
+use crate::devices::{Cancel, DeviceError, Station, SweepRequest};
+use crate::patrol::severity::Severity;
 use clap::Args;
 use link::Clock;
 use patrold_engine::formats::write_ply;
-use patrold_engine::sweep::{Quality, Sweep, assemble};
+use patrold_engine::sweep::{Sweep, SweepQuality, assemble};
 use serde_json::json;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 
-/// Arguments of `sweep`.
 #[derive(Debug, Args)]
-pub struct SweepArgs {
-    /// Where the cloud goes: PLY, metres, the frame of the pan-tilt's base
+pub(super) struct SweepArgs {
+    /// Output file: PLY, metres, in the frame of the pan-tilt's base
     #[arg(long, value_name = "FILE.ply")]
     out: PathBuf,
     /// Configuration file
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Seconds of the devices per second of the wall, for emulated devices that run at X times the wall's pace
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = super::emulate::scale)]
+    /// For emulated devices: device seconds per second of wall time, as given to `emulate`
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = value_parsers::parse_time_scale)]
     time_scale: f64,
     /// Report as JSON
     #[arg(long)]
     json: bool,
 }
 
-/// What a sweep gave.
-struct Taken {
+struct TakenSweep {
     ply: Vec<u8>,
     points: usize,
-    quality: Quality,
-    /// Why it must not be judged.
+    quality: SweepQuality,
+    /// Why the service would not judge it.
     fault: Option<String>,
 }
 
-/// The file of a cloud that is still to come: `FILE.tmp` beside it, renamed when it is whole, else removed.
-struct Unfinished {
-    wanted: PathBuf,
+/// An output file that appears when it is complete: `FILE.tmp` beside it until then, removed on failure.
+struct PartialFile {
     path: PathBuf,
+    tmp_path: PathBuf,
     file: fs::File,
 }
 
-impl Unfinished {
-    fn create(wanted: &Path) -> Result<Self, Failure> {
-        let Some(name) = wanted.file_name().filter(|_| !wanted.is_dir()) else {
-            return Err(files::named(wanted, "is a folder; name a file"));
+impl PartialFile {
+    fn create(path: &Path) -> Result<Self, Failure> {
+        let Some(name) = path.file_name().filter(|_| !path.is_dir()) else {
+            return Err(files::file_error(path, "is a folder; choose a file"));
         };
         let mut name = name.to_owned();
         name.push(".tmp");
-        let path = wanted.with_file_name(name);
-        let file = fs::File::create(&path).map_err(|error| {
-            let text =
-                format!("cannot be written there: {error}; check its folder, or name another");
-            files::named(wanted, text)
+        let tmp_path = path.with_file_name(name);
+        let file = fs::File::create(&tmp_path).map_err(|error| {
+            let text = format!("cannot be created: {error}; check its folder or choose another");
+            files::file_error(path, text)
         })?;
         Ok(Self {
-            wanted: wanted.to_owned(),
-            path,
+            path: path.to_owned(),
+            tmp_path,
             file,
         })
     }
@@ -70,34 +68,33 @@ impl Unfinished {
     fn finish(mut self, bytes: &[u8]) -> Result<(), Failure> {
         self.file
             .write_all(bytes)
-            .and_then(|()| fs::rename(&self.path, &self.wanted))
-            .map_err(|error| files::named(&self.wanted, error))
+            .and_then(|()| fs::rename(&self.tmp_path, &self.path))
+            .map_err(|error| files::file_error(&self.path, error))
     }
 }
 
-impl Drop for Unfinished {
+impl Drop for PartialFile {
     fn drop(&mut self) {
-        // After the renaming there is none.
-        let _ = fs::remove_file(&self.path);
+        // Absent after `finish`.
+        let _ = fs::remove_file(&self.tmp_path);
     }
 }
 
-/// Runs `sweep`.
-pub fn run(args: &SweepArgs) -> Outcome {
-    let settings = config::settings(args.config.as_deref())?;
-    // Before anything moves: a cloud that cannot be kept is not worth a sweep.
-    let file = Unfinished::create(&args.out)?;
-    let taken = match client::sweep(&settings.api.socket)? {
-        Some((about, ply)) => Taken {
+pub(super) fn run(args: &SweepArgs) -> CommandResult {
+    let settings = config::load_settings(args.config.as_deref())?;
+    // Before the head moves: no sweep for a file that cannot be written.
+    let file = PartialFile::create(&args.out)?;
+    let sweep = match client::request_sweep(&settings.api.socket)? {
+        Some((info, ply)) => TakenSweep {
             ply,
-            points: about.points,
-            quality: about.sweep,
-            fault: about.fault,
+            points: info.points,
+            quality: info.sweep,
+            fault: info.fault,
         },
         None => {
             let cancel = signals::cancel_on_signal()?;
-            let sweep = sweep_direct(&settings, &Clock::scaled(args.time_scale), &cancel)?;
-            Taken {
+            let sweep = take_sweep(&settings, &Clock::scaled(args.time_scale), &cancel)?;
+            TakenSweep {
                 ply: write_ply(&sweep.view.points),
                 points: sweep.view.points.len(),
                 fault: sweep.quality.fault(settings.sweep.max_missing_lines),
@@ -105,18 +102,15 @@ pub fn run(args: &SweepArgs) -> Outcome {
             }
         }
     };
-    report(args, file, taken)
+    write_and_report(args, file, sweep)
 }
 
-/// Homes if the head needs it, sweeps as configured, parks. Notes of the devices go to standard error.
-///
-/// # Errors
-/// A device that does not do its part; a sweep that cannot be assembled.
-pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Result<Sweep, Failure> {
-    let (notes, heard) = mpsc::channel();
+/// Homes if needed, sweeps as configured, parks. Warnings of the devices go to standard error.
+fn take_sweep(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Result<Sweep, Failure> {
+    let (notes, received) = mpsc::channel();
     let mut station =
         Station::open(settings, clock.clone(), notes, cancel).map_err(Failure::failed)?;
-    let taken = (|| {
+    let raw = (|| {
         if !station.position_trusted() {
             station.home(cancel)?;
         }
@@ -126,75 +120,75 @@ pub fn sweep_direct(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Resu
         Ok(raw)
     })();
     drop(station);
-    for note in heard.try_iter().filter(|n| n.level > NoteLevel::Info) {
+    for note in received.try_iter().filter(|n| n.severity > Severity::Info) {
         eprintln!("patrold: {}: {}", note.device, note.text);
     }
-    let raw = taken.map_err(|error: crate::devices::DeviceError| Failure::failed(error))?;
+    let raw = raw.map_err(|error: DeviceError| Failure::failed(error))?;
     assemble(&raw).map_err(Failure::failed)
 }
 
-/// Parks. What was measured stands, whatever becomes of the head after it; it is told on standard error.
+/// A failure to park is a warning: the sweep is complete.
 pub(super) fn park(station: &mut Station) {
     if let Err(error) = station.park() {
-        eprintln!("patrold: not parked: {error}");
+        eprintln!("patrold: head not parked: {error}");
     }
 }
 
-/// Writes the cloud and says what it is worth. A sweep that must not be judged is written all the same, and a failure.
-fn report(args: &SweepArgs, file: Unfinished, taken: Taken) -> Outcome {
+/// A sweep with a fault is written too, and is then a failure.
+fn write_and_report(args: &SweepArgs, file: PartialFile, sweep: TakenSweep) -> CommandResult {
     let path = args.out.display();
-    file.finish(&taken.ply)?;
-    let quality = &taken.quality;
+    file.finish(&sweep.ply)?;
+    let quality = &sweep.quality;
     if args.json {
         output::json(&json!({
             "out": args.out,
-            "points": taken.points,
+            "points": sweep.points,
             "quality": quality,
-            "fault": taken.fault,
+            "fault": sweep.fault,
         }))?;
     } else {
         output::line(format!(
-            "{path}: {} points, {} of {} lines, {:.1} % of the beams with nothing there",
-            taken.points,
+            "{path}: {} points, {} of {} lines, {:.1} % of the beams without return",
+            sweep.points,
             quality.lines_got,
             quality.lines_expected,
             100.0 * quality.no_return_share
         ))?;
     }
-    match taken.fault {
+    match sweep.fault {
         None => Ok(DONE),
-        Some(why) => Err(Failure::Failed(why)),
+        Some(fault) => Err(Failure::Failed(fault)),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Unfinished;
+    use super::PartialFile;
     use std::fs;
 
     #[test]
-    fn a_cloud_appears_whole_or_not_at_all_and_its_place_is_tried_first() {
+    fn an_output_file_appears_when_it_is_complete_and_a_bad_path_fails_at_once() {
         let dir = tempfile::tempdir().expect("temp dir");
         let out = dir.path().join("a.ply");
-        let left = || fs::read_dir(dir.path()).expect("listed").count();
+        let files = || fs::read_dir(dir.path()).expect("listed").count();
         drop(
-            Unfinished::create(&out)
+            PartialFile::create(&out)
                 .map_err(|e| e.to_string())
-                .expect("made"),
+                .expect("created"),
         );
-        assert_eq!(left(), 0);
-        let file = Unfinished::create(&out)
+        assert_eq!(files(), 0);
+        let file = PartialFile::create(&out)
             .map_err(|e| e.to_string())
-            .expect("made");
+            .expect("created");
         assert!(!out.exists());
         file.finish(b"ply")
             .map_err(|e| e.to_string())
             .expect("written");
         assert_eq!(
-            (fs::read(&out).expect("there"), left()),
+            (fs::read(&out).expect("there"), files()),
             (b"ply".to_vec(), 1)
         );
-        assert!(Unfinished::create(dir.path()).is_err());
-        assert!(Unfinished::create(&dir.path().join("no/a.ply")).is_err());
+        assert!(PartialFile::create(dir.path()).is_err());
+        assert!(PartialFile::create(&dir.path().join("no/a.ply")).is_err());
     }
 }

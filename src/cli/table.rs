@@ -1,9 +1,9 @@
-//! Tables for people.
+//! Tables in the terminal.
 
 use comfy_table::{ContentArrangement, Table, presets};
 
-/// A table with these headings, as wide as the terminal.
-pub fn table(headings: &[&str]) -> Table {
+/// A table as wide as the terminal.
+pub(super) fn table(headings: &[&str]) -> Table {
     let mut table = Table::new();
     table
         .load_style(presets::UTF8_HORIZONTAL_ONLY)
@@ -13,6 +13,6 @@ pub fn table(headings: &[&str]) -> Table {
 }
 
 /// Metres with two decimals, as `x, y, z`.
-pub fn place(p: [f64; 3]) -> String {
+pub(super) fn format_point(p: [f64; 3]) -> String {
     format!("{:.2}, {:.2}, {:.2}", p[0], p[1], p[2])
 }

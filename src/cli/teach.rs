@@ -1,17 +1,16 @@
-//! `patrold teach NAME`: the robot stands at NAME, take its reference.
+//! `patrold teach NAME`: takes the reference of a waypoint through the service.
 
-use super::failure::{DONE, Outcome};
+use super::failure::{CommandResult, DONE};
 use super::{client, config, output};
 use crate::service::replies::TeachReply;
 use clap::Args;
 use std::path::PathBuf;
 
-/// Arguments of `teach`.
 #[derive(Debug, Args)]
-pub struct TeachArgs {
-    /// The waypoint's name; made where it is new
+pub(super) struct TeachArgs {
+    /// Name of the waypoint where the robot is; created where it is new
     name: String,
-    /// Configuration file; names the service's socket
+    /// Configuration file, for the socket of the service
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Report as JSON
@@ -19,16 +18,16 @@ pub struct TeachArgs {
     json: bool,
 }
 
-/// Runs `teach`.
-pub fn run(args: &TeachArgs) -> Outcome {
-    let settings = config::settings(args.config.as_deref())?;
-    let taught: TeachReply = client::ask_at(&settings.api.socket, "/teach", &args.name)?;
+pub(super) fn run(args: &TeachArgs) -> CommandResult {
+    let settings = config::load_settings(args.config.as_deref())?;
+    let reply: TeachReply =
+        client::request_at_waypoint(&settings.api.socket, "/teach", &args.name)?;
     if args.json {
-        output::json(&taught)?;
+        output::json(&reply)?;
     } else {
         output::line(format!(
             "{}: reference version {}, {} points, {} components",
-            taught.waypoint, taught.version, taught.points, taught.components
+            reply.waypoint, reply.version, reply.points, reply.components
         ))?;
     }
     Ok(DONE)

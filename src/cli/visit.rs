@@ -1,17 +1,16 @@
-//! `patrold visit NAME`: the robot stands at NAME, inspect it.
+//! `patrold visit NAME`: inspects a waypoint through the service.
 
-use super::failure::{Outcome, verdict_code};
+use super::failure::{CommandResult, verdict_exit_code};
 use super::{alarm_report, client, config, output};
 use crate::service::replies::VisitReply;
 use clap::Args;
 use std::path::PathBuf;
 
-/// Arguments of `visit`.
 #[derive(Debug, Args)]
-pub struct VisitArgs {
-    /// The waypoint's name
+pub(super) struct VisitArgs {
+    /// Name of the waypoint where the robot is
     name: String,
-    /// Configuration file; names the service's socket
+    /// Configuration file, for the socket of the service
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Report as JSON
@@ -19,19 +18,19 @@ pub struct VisitArgs {
     json: bool,
 }
 
-/// Runs `visit`.
-pub fn run(args: &VisitArgs) -> Outcome {
-    let settings = config::settings(args.config.as_deref())?;
-    let visit: VisitReply = client::ask_at(&settings.api.socket, "/visit", &args.name)?;
+pub(super) fn run(args: &VisitArgs) -> CommandResult {
+    let settings = config::load_settings(args.config.as_deref())?;
+    let visit: VisitReply =
+        client::request_at_waypoint(&settings.api.socket, "/visit", &args.name)?;
     if args.json {
         output::json(&visit)?;
     } else {
-        output::line(told(&visit))?;
+        output::line(visit_text(&visit))?;
     }
-    Ok(verdict_code(visit.verdict()))
+    Ok(verdict_exit_code(visit.verdict()))
 }
 
-fn told(visit: &VisitReply) -> String {
+fn visit_text(visit: &VisitReply) -> String {
     let mut lines = vec![format!(
         "{}: {} ({})",
         visit.waypoint,
@@ -56,7 +55,7 @@ fn told(visit: &VisitReply) -> String {
         ));
     }
     for novelty in &visit.novelties {
-        lines.push(format!("  {}", alarm_report::describe(novelty)));
+        lines.push(format!("  {}", alarm_report::novelty_text(novelty)));
     }
     lines.join("\n")
 }

@@ -1,18 +1,17 @@
-//! `patrold waypoints [list|show NAME|forget NAME]`: places and their reference versions.
+//! `patrold waypoints [list|show NAME|forget NAME]`: the waypoints and their reference versions.
 
-use super::failure::{DONE, Outcome};
+use super::failure::{CommandResult, DONE};
 use super::{config, output, table};
-use crate::service::stamp_now;
+use crate::service::record_time_now;
 use crate::store::{Store, WaypointRow};
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Arguments of `waypoints`.
 #[derive(Debug, Args)]
-pub struct WaypointsArgs {
+pub(super) struct WaypointsArgs {
     #[command(subcommand)]
-    action: Option<Action>,
+    action: Option<WaypointsAction>,
     /// Configuration file
     #[arg(long, value_name = "FILE", global = true)]
     config: Option<PathBuf>,
@@ -22,32 +21,35 @@ pub struct WaypointsArgs {
 }
 
 #[derive(Debug, Subcommand)]
-enum Action {
+enum WaypointsAction {
     /// List all waypoints
     List,
     /// Show one waypoint with its reference versions
     Show {
-        /// Its name
+        /// Name of the waypoint
         name: String,
     },
-    /// Forget a waypoint; the log keeps what happened there
+    /// Forget a waypoint; the log keeps its visits and alarms
     Forget {
-        /// Its name
+        /// Name of the waypoint
         name: String,
     },
 }
 
-/// Runs `waypoints`.
-pub fn run(args: &WaypointsArgs) -> Outcome {
-    let dir = config::settings(args.config.as_deref())?.store.dir;
+pub(super) fn run(args: &WaypointsArgs) -> CommandResult {
+    let dir = config::load_settings(args.config.as_deref())?.store.dir;
     match &args.action {
-        None | Some(Action::List) => list(&Store::open_for_reading(&dir)?, args.json),
-        Some(Action::Show { name }) => show(&Store::open_for_reading(&dir)?, name, args.json),
-        Some(Action::Forget { name }) => forget(&mut Store::open_existing(&dir)?, name, args.json),
+        None | Some(WaypointsAction::List) => list(&Store::open_for_reading(&dir)?, args.json),
+        Some(WaypointsAction::Show { name }) => {
+            show(&Store::open_for_reading(&dir)?, name, args.json)
+        }
+        Some(WaypointsAction::Forget { name }) => {
+            forget(&mut Store::open_existing(&dir)?, name, args.json)
+        }
     }
 }
 
-fn list(store: &Store, as_json: bool) -> Outcome {
+fn list(store: &Store, as_json: bool) -> CommandResult {
     let waypoints = store.waypoints()?;
     if as_json {
         output::json(&json!({"waypoints": waypoints}))?;
@@ -88,7 +90,7 @@ fn cells(waypoint: &WaypointRow) -> [String; 6] {
     ]
 }
 
-fn show(store: &Store, name: &str, as_json: bool) -> Outcome {
+fn show(store: &Store, name: &str, as_json: bool) -> CommandResult {
     let waypoint = store.waypoint(name)?;
     if as_json {
         output::json(&waypoint)?;
@@ -113,12 +115,12 @@ fn show(store: &Store, name: &str, as_json: bool) -> Outcome {
     Ok(DONE)
 }
 
-fn forget(store: &mut Store, name: &str, as_json: bool) -> Outcome {
-    store.forget_waypoint(name, &stamp_now())?;
+fn forget(store: &mut Store, name: &str, as_json: bool) -> CommandResult {
+    store.forget_waypoint(name, &record_time_now())?;
     if as_json {
         output::json(&json!({"forgotten": name}))?;
     } else {
-        output::line(format!("forgot waypoint {name}"))?;
+        output::line(format!("waypoint {name} forgotten"))?;
     }
     Ok(DONE)
 }

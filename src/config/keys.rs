@@ -1,86 +1,86 @@
-//! Every configuration key, once: its name, what it accepts, its default, its unit, when to change it.
+//! The table of all configuration keys: name, accepted values, default, unit, description.
 
-use super::value::{Kind, Value};
-use Kind::{Flag, Float, Floats, Integer, OneOf, Port, Sign, Text};
+use super::value::{ConfigValue, ValueKind};
+use ValueKind::{Flag, Float, Floats, Integer, OneOf, Port, SerialPort, Sign, Text};
 
 /// One key of the configuration.
 #[derive(Debug, Clone, Copy)]
-pub struct Key {
+pub struct ConfigKey {
     /// Dotted name, `section.key`.
     pub name: &'static str,
-    /// What it accepts.
-    pub kind: Kind,
-    /// Its default, as it would stand in the file.
+    /// Values it accepts.
+    pub kind: ValueKind,
+    /// Default, as TOML.
     pub default: &'static str,
-    /// Its unit, or an empty text.
+    /// Unit; empty: none.
     pub unit: &'static str,
     /// What it does and when to change it.
-    pub about: &'static str,
+    pub description: &'static str,
 }
 
-impl Key {
+impl ConfigKey {
     /// The default as a value.
-    pub fn default_value(&self) -> Option<Value> {
+    pub fn default_value(&self) -> Option<ConfigValue> {
         let parsed = toml::de::DeValue::parse(self.default).ok()?;
-        self.kind.read(parsed.get_ref()).ok()
+        self.kind.parse(parsed.get_ref()).ok()
     }
 }
 
 const fn key(
     name: &'static str,
-    kind: Kind,
+    kind: ValueKind,
     default: &'static str,
     unit: &'static str,
-    about: &'static str,
-) -> Key {
-    Key {
+    description: &'static str,
+) -> ConfigKey {
+    ConfigKey {
         name,
         kind,
         default,
         unit,
-        about,
+        description,
     }
 }
 
-const METRES: f64 = 1000.0;
-const TURN: f64 = 360.0;
+const MAX_M: f64 = 1000.0;
+const FULL_TURN_DEG: f64 = 360.0;
 
 /// All keys of all sections but `[waypoint.NAME]`, in the order of the shipped file.
-pub const KEYS: &[Key] = &[
+pub const KEYS: &[ConfigKey] = &[
     key(
         "robot.name",
         Text,
         "\"robot\"",
         "",
-        "Who signs the alarms; give each robot of a site its own.",
+        "Name of the robot in its alarms; give each robot of a site its own.",
     ),
     key(
         "laser.port",
         Port,
         "\"/dev/patrold-laser\"",
         "",
-        "Where the laser is. The shipped udev rules make the default name; usb: is vendor, product and serial number as patrold devices lists them; tcp: is for an Ethernet sensor.",
+        "Port of the laser. The shipped udev rules create the default name; usb: takes vendor, product and serial number as patrold devices lists them; tcp: is for an Ethernet sensor.",
     ),
     key(
         "laser.serial",
         Text,
         "\"any\"",
         "",
-        "Serial number that the laser must have (patrold devices shows it), or any. Set it where lasers could be exchanged; of several on one usb:15d1 name it finds the right one.",
+        "Serial number that the laser must have (patrold devices shows it), or any. Set it where lasers could be exchanged; with several lasers on one usb:15d1 name it selects the right one.",
     ),
     key(
         "laser.baud",
         Integer(9600, 750_000),
         "115200",
         "bit/s",
-        "Line rate on RS-232; without effect over USB.",
+        "Line rate on RS-232; no effect over USB.",
     ),
     key(
         "ptu.port",
-        Port,
+        SerialPort,
         "\"/dev/patrold-ptu\"",
         "",
-        "Where the PTU-D46 is: a serial line, named like the laser's; not tcp.",
+        "Port of the PTU-D46: a serial line, named like the laser's.",
     ),
     key(
         "ptu.version",
@@ -94,7 +94,7 @@ pub const KEYS: &[Key] = &[
         Integer(600, 115_200),
         "9600",
         "bit/s",
-        "Line rate of the pan-tilt; its power-up value is 9600.",
+        "Line rate of the pan-tilt head; 9600 after power-up.",
     ),
     key(
         "ptu.pan_sign",
@@ -112,7 +112,7 @@ pub const KEYS: &[Key] = &[
     ),
     key(
         "ptu.pan_zero_deg",
-        Float(-TURN, TURN),
+        Float(-FULL_TURN_DEG, FULL_TURN_DEG),
         "0.0",
         "deg",
         "Pan of the head at count 0, from calibration.",
@@ -129,46 +129,46 @@ pub const KEYS: &[Key] = &[
         Float(-5.0, 5.0),
         "0.0",
         "deg",
-        "Angle by which the tilt of a travel up and of one down differ at the same count; patrold calibrate finds it.",
+        "Tilt difference between moving up and moving down to the same count; patrold calibrate finds it.",
     ),
     key(
         "ptu.home_at_start",
         Flag,
         "true",
         "",
-        "Drive to the stops and home when the service connects; the head is open loop, so switch off only on a bench.",
+        "Home the head (drive to its stops) when the service connects. The head has no encoders: switch this off only on a bench.",
     ),
     key(
         "ptu.suspect_pan_deg",
         Float(0.1, 180.0),
         "0.4",
         "deg",
-        "Turn about the pan axis against the reference from which the head is homed and the place swept again, for it may have lost steps. Raise it for a robot that stops askew by more than that: each such visit takes two sweeps.",
+        "Pan rotation against the reference above which the head is homed and the place swept again, because steps may be lost. Raise it for a robot that often stops rotated by more: each such visit takes two sweeps.",
     ),
     key(
         "ptu.suspect_tilt_deg",
         Float(0.1, 90.0),
         "0.4",
         "deg",
-        "The same about the tilt axis. Raise it where the floor lets the robot stand tilted now and then.",
+        "The same for tilt. Raise it where an uneven floor tilts the robot now and then.",
     ),
     key(
         "mount.pan_axis_xyz_m",
-        Floats(3, 3, -METRES, METRES),
+        Floats(3, 3, -MAX_M, MAX_M),
         "[0.0, -0.00955, 0.046774]",
         "m",
-        "Pan axis in the base's frame.",
+        "Pan axis in the base frame.",
     ),
     key(
         "mount.tilt_axis_xyz_m",
-        Floats(3, 3, -METRES, METRES),
+        Floats(3, 3, -MAX_M, MAX_M),
         "[0.0, 0.0, 0.043713]",
         "m",
         "Tilt axis in the pan frame.",
     ),
     key(
         "mount.plate_xyz_m",
-        Floats(3, 3, -METRES, METRES),
+        Floats(3, 3, -MAX_M, MAX_M),
         "[0.0, 0.0, 0.039116]",
         "m",
         "Mounting plate in the tilt frame.",
@@ -178,11 +178,11 @@ pub const KEYS: &[Key] = &[
         Floats(3, 3, -10.0, 10.0),
         "[0.0, 0.0, 0.05]",
         "m",
-        "Optical centre of the laser above the mounting plate: adapter plus height of the scan plane; measure yours.",
+        "Optical centre of the laser on the mounting plate: adapter plus height of the scan plane; measure yours.",
     ),
     key(
         "mount.rpy_deg",
-        Floats(3, 3, -TURN, TURN),
+        Floats(3, 3, -FULL_TURN_DEG, FULL_TURN_DEG),
         "[0.0, 0.0, 0.0]",
         "deg",
         "Roll, pitch, yaw of the laser on the plate.",
@@ -192,7 +192,7 @@ pub const KEYS: &[Key] = &[
         OneOf(&["continuous", "step"]),
         "\"continuous\"",
         "",
-        "continuous: the head tilts while scans stream; step: it stops for each line (slow, the check on the first).",
+        "continuous: the head tilts while the laser scans; step: it stops for each line (slow, to verify the former).",
     ),
     key(
         "sweep.tilt_from_deg",
@@ -220,35 +220,35 @@ pub const KEYS: &[Key] = &[
         Float(0.02, 30.0),
         "1.0",
         "deg",
-        "Pitch of the lines in step mode.",
+        "Distance between lines in step mode.",
     ),
     key(
         "sweep.time_offset_ms",
         Float(-100.0, 100.0),
         "0.0",
         "ms",
-        "Added to the laser's instants before the head's tilt at them is taken; patrold calibrate finds it.",
+        "Added to the laser's timestamps before the tilt at them is interpolated; patrold calibrate finds it.",
     ),
     key(
         "sweep.pans_deg",
-        Floats(1, 16, -TURN, TURN),
+        Floats(1, 16, -FULL_TURN_DEG, FULL_TURN_DEG),
         "[0.0]",
         "deg",
-        "One sweep at each of these pans, put together as one cloud; with several the laser must stay within 15 cm of one place.",
+        "One sweep at each of these pans, merged into one cloud; with several pans the laser must stay within 15 cm of one place.",
     ),
     key(
         "sweep.max_missing_lines",
         Float(0.0, 1.0),
         "0.05",
         "share",
-        "Refuse a sweep of which more lines than this are missing.",
+        "Refuse a sweep with more missing lines than this.",
     ),
     key(
         "mixture.seed",
         Integer(0, i64::MAX),
         "7",
         "",
-        "Seed of everything random in the engine; same seed, same answer.",
+        "Seed of the engine's random numbers; same seed, same result.",
     ),
     key(
         "novelty.engine",
@@ -259,28 +259,28 @@ pub const KEYS: &[Key] = &[
     ),
     key(
         "novelty.u_th_m",
-        Float(1e-9, METRES),
+        Float(1e-9, MAX_M),
         "0.0005",
         "m",
-        "U_th of Eq. 7: an alarm is raised when d_GMM reaches it. Lower finds smaller things, higher is calmer. The knob, explained in docs/novelty.md; override it per waypoint in [waypoint.NAME].",
+        "U_th of paper Eq. 7: an alarm is raised when d_GMM reaches it. Lower finds smaller changes, higher gives fewer false alarms (docs/novelty.md section 8). Override it per waypoint in [waypoint.NAME].",
     ),
     key(
         "novelty.ground",
         OneOf(&["w2", "euclid", "fm"]),
         "\"w2\"",
         "",
-        "Ground distance between Gaussians: Wasserstein-2, distance of the means, or Foerstner-Moonen.",
+        "Ground distance between Gaussians: w2 (Wasserstein-2), euclid (distance of the means), or fm (Foerstner-Moonen).",
     ),
     key(
         "novelty.u_th_fm",
-        Float(1e-9, METRES),
+        Float(1e-9, MAX_M),
         "0.002",
         "",
-        "The threshold where novelty.ground is fm, whose d_GMM has no unit.",
+        "U_th when novelty.ground is fm, whose d_GMM has no unit.",
     ),
     key(
         "novelty.max_range_m",
-        Float(0.0, METRES),
+        Float(0.0, MAX_M),
         "0.0",
         "m",
         "Ignore points farther than this from the sensor; 0 keeps all.",
@@ -290,28 +290,28 @@ pub const KEYS: &[Key] = &[
         OneOf(&["auto", "covariance", "ransac"]),
         "\"auto\"",
         "",
-        "How shapes are retrieved: covariance matching, RANSAC, or the better of the two.",
+        "How shapes are retrieved: covariance matching, RANSAC, or auto (the better of the two).",
     ),
     key(
         "store.dir",
         Text,
         "\"/var/lib/patrold\"",
         "",
-        "Where the database, references and sweeps live; a relative path starts at the folder of this file.",
+        "Folder of the database, references and sweeps; a relative path starts at the folder of this file.",
     ),
     key(
         "store.keep_days",
         Float(0.0, 36_500.0),
         "30.0",
         "days",
-        "Sweeps older than this go, unless they are alarm evidence or a reference of a known waypoint; 0 keeps all.",
+        "Delete sweeps older than this, unless they are evidence of an alarm or a reference of a known waypoint; 0 keeps all.",
     ),
     key(
         "store.keep_gib",
         Float(0.0, 1e6),
         "20.0",
         "GiB",
-        "Oldest sweeps go first above this; the same exceptions stay, and are not counted; 0 sets no limit.",
+        "Delete the oldest sweeps above this size; the same exceptions stay and are not counted; 0 sets no limit.",
     ),
     key(
         "alarms.same_place_m",
@@ -346,29 +346,29 @@ pub const KEYS: &[Key] = &[
         OneOf(&["auto", "journald", "stderr"]),
         "\"auto\"",
         "",
-        "auto: journald when systemd started the service, else stderr.",
+        "auto: journald if systemd started the service, else stderr.",
     ),
 ];
 
-/// Keys allowed in `[waypoint.NAME]`; the names stand for `waypoint.NAME.key`.
-pub const WAYPOINT_KEYS: &[Key] = &[
+/// Keys of `[waypoint.NAME]`; `name` is the last part of `waypoint.NAME.key`.
+pub(super) const WAYPOINT_KEYS: &[ConfigKey] = &[
     key(
         "u_th_m",
-        Float(1e-9, METRES),
+        Float(1e-9, MAX_M),
         "0.0005",
         "m",
         "novelty.u_th_m for this waypoint alone.",
     ),
     key(
         "u_th_fm",
-        Float(1e-9, METRES),
+        Float(1e-9, MAX_M),
         "0.002",
         "",
         "novelty.u_th_fm for this waypoint alone.",
     ),
     key(
         "pans_deg",
-        Floats(1, 16, -TURN, TURN),
+        Floats(1, 16, -FULL_TURN_DEG, FULL_TURN_DEG),
         "[0.0]",
         "deg",
         "sweep.pans_deg for this waypoint alone.",
@@ -395,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn no_key_stands_twice() {
+    fn no_key_is_defined_twice() {
         let names: BTreeSet<_> = KEYS.iter().map(|key| key.name).collect();
         assert_eq!(names.len(), KEYS.len());
     }

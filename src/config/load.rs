@@ -1,73 +1,76 @@
-//! Finding and reading the files: the main file, then the folder beside it, in the order of names.
+//! Finds and reads the files: the main file, then those of the `.d` folder beside it in order of name.
 
-use super::check::{Mistake, Problem};
-use super::layers::{Layers, Source};
+use super::error::{ConfigError, ConfigProblem};
+use super::layers::{ConfigFile, ConfigLayers};
 use super::settings::Settings;
-use super::value::Value;
+use super::value::ConfigValue;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The file that is read when none is named.
-pub const DEFAULT_FILE: &str = "/etc/patrold/patrold.toml";
+/// Read when no file is named.
+const DEFAULT_FILE: &str = "/etc/patrold/patrold.toml";
 
-/// A configuration that passed every check.
+/// A configuration without errors.
 #[derive(Debug, Clone)]
-pub struct Loaded {
+pub struct LoadedConfig {
     /// The settings in force.
     pub settings: Settings,
-    /// Every value with its origin.
-    pub layers: Layers,
+    /// All values with their origins.
+    pub layers: ConfigLayers,
     /// The files that were read, in order.
     pub files: Vec<PathBuf>,
 }
 
-/// Reads the configuration: defaults, `file` (or the default file where that exists), the `.d` folder beside
-/// it, then `flags` of the command line.
+/// Reads the configuration: defaults, `file` (or the default file if it exists), the `.d` folder beside it, then the
+/// command-line `flags`.
 ///
 /// # Errors
-/// Every mistake of every file at once.
-pub fn load(file: Option<&Path>, flags: &[(&str, Value)]) -> Result<Loaded, Vec<Mistake>> {
+/// All errors of all files.
+pub fn load(
+    file: Option<&Path>,
+    flags: &[(&str, ConfigValue)],
+) -> Result<LoadedConfig, Vec<ConfigError>> {
     let main = file.unwrap_or(Path::new(DEFAULT_FILE));
     let mut paths = Vec::new();
     if file.is_some() || main.exists() {
         paths.push(main.to_owned());
     }
-    let mut mistakes = Vec::new();
-    match folder_beside(main) {
+    let mut errors = Vec::new();
+    match files_beside(main) {
         Ok(more) => paths.extend(more),
-        Err((path, error)) => mistakes.push(unreadable(&path, &error)),
+        Err((path, error)) => errors.push(unreadable(&path, &error)),
     }
-    let mut layers = Layers::defaults();
+    let mut layers = ConfigLayers::defaults();
     for path in &paths {
         match fs::read_to_string(path) {
             Ok(text) => {
                 let path = path.clone();
-                mistakes.extend(layers.add(&Source { path, text }));
+                errors.extend(layers.add(&ConfigFile { path, text }));
             }
-            Err(error) => mistakes.push(unreadable(path, &error)),
+            Err(error) => errors.push(unreadable(path, &error)),
         }
     }
     layers.anchor_paths(main.parent().unwrap_or(Path::new("")));
     for (name, value) in flags {
-        layers.set_flag(name, value.clone());
+        layers.set_from_flag(name, value.clone());
     }
-    match Settings::build(&layers) {
-        Ok(settings) if mistakes.is_empty() => Ok(Loaded {
+    match Settings::from_layers(&layers) {
+        Ok(settings) if errors.is_empty() => Ok(LoadedConfig {
             settings,
             layers,
             files: paths,
         }),
-        Ok(_) => Err(mistakes),
+        Ok(_) => Err(errors),
         Err(more) => {
-            mistakes.extend(more);
-            Err(mistakes)
+            errors.extend(more);
+            Err(errors)
         }
     }
 }
 
-/// `patrold.toml` has its folder in `patrold.d`.
-fn folder_beside(main: &Path) -> Result<Vec<PathBuf>, (PathBuf, io::Error)> {
+/// The files of `patrold.d/` beside `patrold.toml`.
+fn files_beside(main: &Path) -> Result<Vec<PathBuf>, (PathBuf, io::Error)> {
     let folder = main.with_extension("d");
     let entries = match fs::read_dir(&folder) {
         Ok(entries) => entries,
@@ -82,11 +85,11 @@ fn folder_beside(main: &Path) -> Result<Vec<PathBuf>, (PathBuf, io::Error)> {
     Ok(files)
 }
 
-fn unreadable(path: &Path, error: &io::Error) -> Mistake {
-    Mistake {
+fn unreadable(path: &Path, error: &io::Error) -> ConfigError {
+    ConfigError {
         file: path.to_owned(),
         line: 0,
-        problem: Problem::Unreadable(error.to_string()),
+        problem: ConfigProblem::Unreadable(error.to_string()),
     }
 }
 
@@ -96,7 +99,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn the_folder_beside_the_file_wins_over_it_in_the_order_of_names() {
+    fn files_of_the_folder_win_over_the_main_file_in_order_of_name() {
         let dir = tempfile::tempdir().expect("temp dir");
         let file = dir.path().join("patrold.toml");
         fs::write(&file, "novelty.u_th_m = 0.1\nrobot.name = \"a\"\n").expect("written");
@@ -119,9 +122,9 @@ mod tests {
 
     #[test]
     fn a_named_file_must_exist() {
-        let mistakes = load(Some(std::path::Path::new("no/such.toml")), &[]).expect_err("missing");
+        let errors = load(Some(std::path::Path::new("no/such.toml")), &[]).expect_err("missing");
         assert!(
-            mistakes[0]
+            errors[0]
                 .to_string()
                 .starts_with("no/such.toml: cannot be read")
         );

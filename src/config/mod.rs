@@ -1,9 +1,10 @@
-//! Takes configuration files, gives checked settings: every key stands once in [`keys`], every mistake is
-//! told at once with its line, and every value knows where it came from.
+//! Configuration files in, checked settings out. Each key is defined once in `keys.rs`; all errors of all files are
+//! reported together, with file and line; each value knows its origin.
 
-mod check;
 mod contradictions;
 mod engine;
+mod error;
+mod key_lookup;
 mod keys;
 mod layers;
 mod load;
@@ -13,14 +14,14 @@ mod settings;
 mod template;
 mod value;
 
-pub use check::{Mistake, Problem};
-pub use keys::{KEYS, Key, WAYPOINT_KEYS};
-pub use layers::{Layers, Origin, Source};
-pub use load::{DEFAULT_FILE, Loaded, load};
+pub use error::{ConfigError, ConfigProblem};
+pub use keys::{ConfigKey, KEYS};
+pub use layers::{ConfigFile, ConfigLayers, ValueOrigin};
+pub use load::{LoadedConfig, load};
 pub use settings::{
-    AlarmSettings, ApiSettings, EngineMode, LaserSettings, LogSettings, MixtureSettings,
-    MountSettings, NoveltySettings, PtuSettings, RobotSettings, Settings, ShapeSettings,
-    StoreSettings, SweepMode, SweepSettings, WaypointSettings,
+    AlarmConfig, ApiConfig, LaserConfig, LogConfig, MixtureConfig, MountConfig, NoveltyConfig,
+    PtuConfig, RobotConfig, Settings, ShapeConfig, StoreConfig, SweepConfig, SweepMode,
+    WaypointConfig,
 };
 pub use template::template;
-pub use value::{Kind, Value};
+pub use value::{ConfigValue, ValueKind};

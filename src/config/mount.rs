@@ -1,10 +1,10 @@
-//! From the configured offsets to the kinematic chain.
+//! From the configured offsets to the kinematic chain (sweep-geometry section 2).
 
-use super::settings::MountSettings;
+use super::settings::MountConfig;
 use patrold_engine::geometry::{Mount, RollPitchYaw};
 
-impl MountSettings {
-    /// The configured chain from base to laser.
+impl MountConfig {
+    /// The chain from base to laser.
     pub fn chain(&self) -> Mount {
         let [roll_rad, pitch_rad, yaw_rad] = self.laser_rpy_rad;
         Mount::new(

@@ -1,36 +1,59 @@
-//! From values by name to the typed settings, degrees to radians.
+//! From values by name to the typed settings; degrees become radians, milliseconds seconds.
 
-use super::check::waypoint_parts;
-use super::layers::Layers;
+use super::contradictions::contradictions;
+use super::error::ConfigError;
+use super::key_lookup::split_waypoint_key;
+use super::layers::ConfigLayers;
 use super::settings::{
-    AlarmSettings, ApiSettings, EngineMode, LaserSettings, LogSettings, MixtureSettings,
-    MountSettings, NoveltySettings, PtuSettings, RobotSettings, Settings, ShapeSettings,
-    StoreSettings, SweepMode, SweepSettings, WaypointSettings,
+    AlarmConfig, ApiConfig, LaserConfig, LogConfig, MixtureConfig, MountConfig, NoveltyConfig,
+    PtuConfig, RobotConfig, Settings, ShapeConfig, StoreConfig, SweepConfig, SweepMode,
+    WaypointConfig,
 };
-use super::value::Value;
-use patrold_engine::distance::Ground;
+use super::value::ConfigValue;
+use patrold_engine::distance::GroundDistance;
+use patrold_engine::inspect::Engine;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// The settings that checked layers hold.
-pub(super) fn read(layers: &Layers) -> Settings {
-    let get = Getter(layers);
+impl Settings {
+    /// The settings of an empty file.
+    pub fn defaults() -> Self {
+        read_settings(&ConfigLayers::defaults())
+    }
+
+    /// Reads the layers and checks that no two settings contradict each other.
+    ///
+    /// # Errors
+    /// All contradictions found.
+    pub fn from_layers(layers: &ConfigLayers) -> Result<Self, Vec<ConfigError>> {
+        let settings = read_settings(layers);
+        let errors = contradictions(&settings, layers);
+        if errors.is_empty() {
+            Ok(settings)
+        } else {
+            Err(errors)
+        }
+    }
+}
+
+fn read_settings(layers: &ConfigLayers) -> Settings {
+    let get = LayerValues(layers);
     let waypoints = read_waypoints(layers);
     Settings {
-        robot: RobotSettings {
+        robot: RobotConfig {
             name: get.text("robot.name"),
         },
-        laser: LaserSettings {
+        laser: LaserConfig {
             port: get.text("laser.port"),
-            serial: get.unit("laser.serial"),
-            baud: get.whole("laser.baud") as u32,
+            serial: get.required_unit("laser.serial"),
+            baud: get.integer("laser.baud") as u32,
         },
-        ptu: PtuSettings {
+        ptu: PtuConfig {
             port: get.text("ptu.port"),
-            version: get.unit("ptu.version"),
-            baud: get.whole("ptu.baud") as u32,
-            pan_sign: get.whole("ptu.pan_sign") as f64,
-            tilt_sign: get.whole("ptu.tilt_sign") as f64,
+            version: get.required_unit("ptu.version"),
+            baud: get.integer("ptu.baud") as u32,
+            pan_sign: get.integer("ptu.pan_sign") as f64,
+            tilt_sign: get.integer("ptu.tilt_sign") as f64,
             pan_zero_rad: get.radians("ptu.pan_zero_deg"),
             tilt_zero_rad: get.radians("ptu.tilt_zero_deg"),
             tilt_backlash_rad: get.radians("ptu.tilt_backlash_deg"),
@@ -38,14 +61,14 @@ pub(super) fn read(layers: &Layers) -> Settings {
             suspect_pan_rad: get.radians("ptu.suspect_pan_deg"),
             suspect_tilt_rad: get.radians("ptu.suspect_tilt_deg"),
         },
-        mount: MountSettings {
+        mount: MountConfig {
             pan_axis_m: get.triple("mount.pan_axis_xyz_m"),
             tilt_axis_m: get.triple("mount.tilt_axis_xyz_m"),
             plate_m: get.triple("mount.plate_xyz_m"),
             laser_m: get.triple("mount.xyz_m"),
             laser_rpy_rad: get.triple("mount.rpy_deg").map(f64::to_radians),
         },
-        sweep: SweepSettings {
+        sweep: SweepConfig {
             mode: match get.text("sweep.mode").as_str() {
                 "step" => SweepMode::Step,
                 _ => SweepMode::Continuous,
@@ -58,39 +81,39 @@ pub(super) fn read(layers: &Layers) -> Settings {
             pans_rad: to_radians(&get.list("sweep.pans_deg")),
             max_missing_lines: get.float("sweep.max_missing_lines"),
         },
-        mixture: MixtureSettings {
-            seed: get.whole("mixture.seed") as u64,
+        mixture: MixtureConfig {
+            seed: get.integer("mixture.seed") as u64,
         },
-        novelty: NoveltySettings {
-            engine: match get.text("novelty.engine").as_str() {
-                "paper" => EngineMode::Paper,
-                _ => EngineMode::Standard,
-            },
+        novelty: NoveltyConfig {
+            engine: get
+                .text("novelty.engine")
+                .parse()
+                .unwrap_or(Engine::Standard),
             u_th_m: get.float("novelty.u_th_m"),
             u_th_fm: get.float("novelty.u_th_fm"),
             ground: match get.text("novelty.ground").as_str() {
-                "euclid" => Ground::Euclid,
-                "fm" => Ground::Fm,
-                _ => Ground::W2,
+                "euclid" => GroundDistance::Euclid,
+                "fm" => GroundDistance::Fm,
+                _ => GroundDistance::W2,
             },
             max_range_m: Some(get.float("novelty.max_range_m")).filter(|m| *m > 0.0),
         },
-        shape: ShapeSettings {
+        shape: ShapeConfig {
             method: get.text("shape.method"),
         },
-        store: StoreSettings {
+        store: StoreConfig {
             dir: PathBuf::from(get.text("store.dir")),
             keep_days: get.float("store.keep_days"),
             keep_gib: get.float("store.keep_gib"),
         },
-        alarms: AlarmSettings {
+        alarms: AlarmConfig {
             same_place_m: get.float("alarms.same_place_m"),
         },
-        api: ApiSettings {
+        api: ApiConfig {
             socket: PathBuf::from(get.text("api.socket")),
-            socket_mode: get.whole("api.socket_mode") as u32,
+            socket_mode: get.integer("api.socket_mode") as u32,
         },
-        log: LogSettings {
+        log: LogConfig {
             level: get.text("log.level"),
             to: get.text("log.to"),
         },
@@ -98,18 +121,18 @@ pub(super) fn read(layers: &Layers) -> Settings {
     }
 }
 
-fn read_waypoints(layers: &Layers) -> BTreeMap<String, WaypointSettings> {
-    let mut waypoints: BTreeMap<String, WaypointSettings> = BTreeMap::new();
+fn read_waypoints(layers: &ConfigLayers) -> BTreeMap<String, WaypointConfig> {
+    let mut waypoints: BTreeMap<String, WaypointConfig> = BTreeMap::new();
     for (name, (value, _)) in &layers.values {
-        let Some((waypoint, key)) = waypoint_parts(name) else {
+        let Some((waypoint, key)) = split_waypoint_key(name) else {
             continue;
         };
         let own = waypoints.entry(waypoint.to_owned()).or_default();
         match (key, value) {
-            ("u_th_m", Value::Float(x)) => own.u_th_m = Some(*x),
-            ("u_th_fm", Value::Float(x)) => own.u_th_fm = Some(*x),
-            ("pans_deg", Value::Floats(list)) => own.pans_rad = Some(to_radians(list)),
-            ("map_pose", Value::Floats(list)) => {
+            ("u_th_m", ConfigValue::Float(x)) => own.u_th_m = Some(*x),
+            ("u_th_fm", ConfigValue::Float(x)) => own.u_th_fm = Some(*x),
+            ("pans_deg", ConfigValue::Floats(list)) => own.pans_rad = Some(to_radians(list)),
+            ("map_pose", ConfigValue::Floats(list)) => {
                 own.map_pose = <[f64; 3]>::try_from(list.as_slice())
                     .ok()
                     .map(|[x, y, yaw_deg]| [x, y, yaw_deg.to_radians()]);
@@ -124,29 +147,29 @@ fn to_radians(degrees: &[f64]) -> Vec<f64> {
     degrees.iter().map(|d| d.to_radians()).collect()
 }
 
-/// Typed look-ups; every key has a default of its kind, so each finds its value.
-struct Getter<'a>(&'a Layers);
+/// Typed look-up by name. Every key has a default of its kind, so each look-up succeeds.
+struct LayerValues<'a>(&'a ConfigLayers);
 
-impl Getter<'_> {
-    fn value(&self, name: &str) -> Option<&Value> {
+impl LayerValues<'_> {
+    fn value(&self, name: &str) -> Option<&ConfigValue> {
         self.0.values.get(name).map(|(value, _)| value)
     }
 
     fn text(&self, name: &str) -> String {
         match self.value(name) {
-            Some(Value::Text(text)) => text.clone(),
+            Some(ConfigValue::Text(text)) => text.clone(),
             _ => String::new(),
         }
     }
 
-    /// Which unit is meant; `None` for `any`.
-    fn unit(&self, name: &str) -> Option<String> {
+    /// The required unit; `None` for `any`.
+    fn required_unit(&self, name: &str) -> Option<String> {
         Some(self.text(name)).filter(|unit| unit != "any")
     }
 
     fn float(&self, name: &str) -> f64 {
         match self.value(name) {
-            Some(Value::Float(x)) => *x,
+            Some(ConfigValue::Float(x)) => *x,
             _ => f64::NAN,
         }
     }
@@ -155,25 +178,58 @@ impl Getter<'_> {
         self.float(name).to_radians()
     }
 
-    fn whole(&self, name: &str) -> i64 {
+    fn integer(&self, name: &str) -> i64 {
         match self.value(name) {
-            Some(Value::Integer(n)) => *n,
+            Some(ConfigValue::Integer(n)) => *n,
             _ => 0,
         }
     }
 
     fn flag(&self, name: &str) -> bool {
-        self.value(name) == Some(&Value::Flag(true))
+        self.value(name) == Some(&ConfigValue::Flag(true))
     }
 
     fn list(&self, name: &str) -> Vec<f64> {
         match self.value(name) {
-            Some(Value::Floats(list)) => list.clone(),
+            Some(ConfigValue::Floats(list)) => list.clone(),
             _ => Vec::new(),
         }
     }
 
     fn triple(&self, name: &str) -> [f64; 3] {
         <[f64; 3]>::try_from(self.list(name).as_slice()).unwrap_or([f64::NAN; 3])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ConfigLayers, Settings};
+    use crate::config::ConfigFile;
+    use std::path::PathBuf;
+
+    fn layers(text: &str) -> ConfigLayers {
+        let mut layers = ConfigLayers::defaults();
+        let mistakes = layers.add(&ConfigFile {
+            path: PathBuf::from("t.toml"),
+            text: text.to_owned(),
+        });
+        assert!(mistakes.is_empty(), "{mistakes:?}");
+        layers
+    }
+
+    #[test]
+    fn an_empty_file_gives_the_defaults_and_no_number_is_missing() {
+        let settings = Settings::from_layers(&layers("")).expect("defaults do not contradict");
+        assert_eq!(settings, Settings::defaults());
+        assert!(!format!("{settings:?}").contains("NaN"));
+    }
+
+    #[test]
+    fn a_waypoint_overrides_the_threshold() {
+        let text = "novelty.u_th_m = 0.25\n[waypoint.hall]\nu_th_m = 0.5\n";
+        let settings = Settings::from_layers(&layers(text)).expect("valid");
+        assert_eq!(settings.u_th(Some("hall")), 0.5);
+        assert_eq!(settings.u_th(Some("dock")), 0.25);
+        assert_eq!(settings.u_th(None), 0.25);
     }
 }

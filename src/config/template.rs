@@ -1,12 +1,12 @@
-//! The commented file that ships: every key with its unit, its default and when to change it.
+//! The shipped configuration file: every key with description, kind, unit and default, commented out.
 
-use super::keys::{KEYS, Key, WAYPOINT_KEYS};
+use super::keys::{ConfigKey, KEYS, WAYPOINT_KEYS};
 use std::fmt::Write as _;
 
 const HEADER: &str = "\
-# patrold's configuration. Every key stands here with its default, commented out: an empty file is valid.
-# Check a change with `patrold config check`, see what is in force with `patrold config show`, and apply it to
-# the running service with `systemctl reload patrold`. Files in patrold.d/*.toml beside this one win over it.
+# Configuration of patrold. Every key with its default, commented out; an empty file is valid.
+# `patrold config check` checks a change, `patrold config show` shows the values in force, `systemctl reload patrold`
+# applies a change to the running service. Files in patrold.d/*.toml beside this one override it.
 ";
 
 /// Text of `config/patrold.toml`.
@@ -30,21 +30,21 @@ pub fn template() -> String {
     text
 }
 
-fn describe(text: &mut String, key: &Key, name: &str) {
+fn describe(text: &mut String, key: &ConfigKey, name: &str) {
     let unit = if key.unit.is_empty() {
         String::new()
     } else {
         format!(" [{}]", key.unit)
     };
     // Writing to a String cannot fail.
-    let _ = writeln!(text, "# {} ({}){unit}", key.about, key.kind);
+    let _ = writeln!(text, "# {} ({}){unit}", key.description, key.kind);
     let _ = writeln!(text, "# {name} = {}", key.default);
 }
 
 #[cfg(test)]
 mod tests {
     use super::template;
-    use crate::config::{Layers, Settings, Source};
+    use crate::config::{ConfigFile, ConfigLayers, Settings};
     use std::path::PathBuf;
 
     fn shipped() -> PathBuf {
@@ -57,15 +57,11 @@ mod tests {
             std::fs::write(shipped(), template()).expect("written");
         }
         let text = std::fs::read_to_string(shipped()).expect("config/patrold.toml");
-        assert_eq!(
-            text,
-            template(),
-            "UPDATE_EXPECT=1 cargo test writes it anew"
-        );
+        assert_eq!(text, template(), "UPDATE_EXPECT=1 cargo test rewrites it");
     }
 
     #[test]
-    fn with_its_comment_signs_taken_off_it_changes_nothing() {
+    fn uncommented_it_changes_nothing() {
         let uncommented: String = template()
             .lines()
             .map_while(|line| (!line.contains("One table for each")).then_some(line))
@@ -74,13 +70,13 @@ mod tests {
                 _ => line,
             })
             .fold(String::new(), |text, line| text + line + "\n");
-        let mut layers = Layers::defaults();
+        let mut layers = ConfigLayers::defaults();
         let path = PathBuf::from("shipped");
-        let mistakes = layers.add(&Source {
+        let errors = layers.add(&ConfigFile {
             path,
             text: uncommented.clone(),
         });
-        assert!(mistakes.is_empty(), "{mistakes:?}");
+        assert!(errors.is_empty(), "{errors:?}");
         assert!(
             uncommented
                 .lines()
@@ -89,7 +85,7 @@ mod tests {
                 > 30
         );
         assert_eq!(
-            Settings::build(&layers).expect("valid"),
+            Settings::from_layers(&layers).expect("valid"),
             Settings::defaults()
         );
     }

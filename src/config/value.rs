@@ -1,4 +1,4 @@
-//! What a configuration value may be.
+//! Values of configuration keys, and the kinds of value that a key accepts.
 
 use link::UsbName;
 use std::fmt;
@@ -6,12 +6,12 @@ use toml::de::DeValue;
 
 /// A value of one key.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Value {
+pub enum ConfigValue {
     /// A number.
     Float(f64),
     /// A whole number.
     Integer(i64),
-    /// A text.
+    /// A string.
     Text(String),
     /// True or false.
     Flag(bool),
@@ -21,26 +21,28 @@ pub enum Value {
 
 /// What a key accepts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub enum ValueKind {
     /// A finite number between the two bounds, both included.
     Float(f64, f64),
     /// A whole number between the two bounds, both included.
     Integer(i64, i64),
-    /// Any text that is not empty.
+    /// A string that is not empty.
     Text,
-    /// A serial device, `tcp:HOST:PORT`, or `usb:VVVV:PPPP[:SERIAL]`.
+    /// A serial device, `usb:VVVV:PPPP[:SERIAL]` or `tcp:HOST:PORT`.
     Port,
+    /// A serial device or `usb:VVVV:PPPP[:SERIAL]`.
+    SerialPort,
     /// One of these words.
     OneOf(&'static [&'static str]),
     /// 1 or -1.
     Sign,
     /// True or false.
     Flag,
-    /// A list of finite numbers: least and greatest length, then the bounds of each.
+    /// A list of finite numbers: shortest and longest length, then the bounds of each number.
     Floats(usize, usize, f64, f64),
 }
 
-impl Value {
+impl ConfigValue {
     /// The value as JSON.
     pub fn to_json(&self) -> serde_json::Value {
         match self {
@@ -53,7 +55,7 @@ impl Value {
     }
 }
 
-impl fmt::Display for Value {
+impl fmt::Display for ConfigValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Float(x) => write!(f, "{x:?}"),
@@ -65,81 +67,84 @@ impl fmt::Display for Value {
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for ValueKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Float(low, high) => write!(f, "a number from {low} to {high}"),
             Self::Integer(low, high) => write!(f, "a whole number from {low} to {high}"),
-            Self::Text => write!(f, "a text"),
+            Self::Text => write!(f, "a string"),
             Self::Port => write!(
                 f,
                 "a serial device, usb:VVVV:PPPP[:SERIAL] with hexadecimal digits, or tcp:HOST:PORT"
             ),
+            Self::SerialPort => write!(
+                f,
+                "a serial device, or usb:VVVV:PPPP[:SERIAL] with hexadecimal digits"
+            ),
             Self::OneOf(words) => write!(f, "one of \"{}\"", words.join("\", \"")),
             Self::Sign => write!(f, "1 or -1"),
             Self::Flag => write!(f, "true or false"),
-            Self::Floats(least, most, low, high) if least == most => {
-                write!(f, "a list of {least} numbers from {low} to {high}")
+            Self::Floats(min, max, low, high) if min == max => {
+                write!(f, "a list of {min} numbers from {low} to {high}")
             }
-            Self::Floats(least, most, low, high) => {
-                write!(
-                    f,
-                    "a list of {least} to {most} numbers from {low} to {high}"
-                )
+            Self::Floats(min, max, low, high) => {
+                write!(f, "a list of {min} to {max} numbers from {low} to {high}")
             }
         }
     }
 }
 
-impl Kind {
+impl ValueKind {
     /// Reads a TOML value as this kind.
     ///
     /// # Errors
     /// What was found instead, in a few words.
-    pub fn read(&self, given: &DeValue<'_>) -> Result<Value, String> {
+    pub fn parse(&self, given: &DeValue<'_>) -> Result<ConfigValue, String> {
         match *self {
-            Self::Float(low, high) => Ok(Value::Float(within(number(given)?, low, high)?)),
+            Self::Float(low, high) => Ok(ConfigValue::Float(within(number(given)?, low, high)?)),
             Self::Integer(low, high) => {
                 let n = integer(given).ok_or_else(|| given.type_str().to_owned())?;
                 if (low..=high).contains(&n) {
-                    Ok(Value::Integer(n))
+                    Ok(ConfigValue::Integer(n))
                 } else {
                     Err(n.to_string())
                 }
             }
-            Self::Text => Ok(Value::Text(text(given)?)),
-            Self::Port => match text(given)? {
-                name if UsbName::is_meant(&name) && name.parse::<UsbName>().is_err() => {
-                    Err(format!("{name:?}"))
+            Self::Text => Ok(ConfigValue::Text(text(given)?)),
+            Self::Port | Self::SerialPort => {
+                let name = text(given)?;
+                let refused = *self == Self::SerialPort && name.starts_with("tcp:");
+                if refused || UsbName::has_prefix(&name) && name.parse::<UsbName>().is_err() {
+                    return Err(format!("{name:?}"));
                 }
-                name => Ok(Value::Text(name)),
-            },
+                Ok(ConfigValue::Text(name))
+            }
             Self::OneOf(words) => match given.as_str() {
-                Some(text) if words.contains(&text) => Ok(Value::Text(text.to_owned())),
+                Some(text) if words.contains(&text) => Ok(ConfigValue::Text(text.to_owned())),
                 Some(text) => Err(format!("{text:?}")),
                 None => Err(given.type_str().to_owned()),
             },
             Self::Sign => match number(given)? {
-                1.0 => Ok(Value::Integer(1)),
-                -1.0 => Ok(Value::Integer(-1)),
+                1.0 => Ok(ConfigValue::Integer(1)),
+                -1.0 => Ok(ConfigValue::Integer(-1)),
                 other => Err(other.to_string()),
             },
             Self::Flag => given
                 .as_bool()
-                .map(Value::Flag)
+                .map(ConfigValue::Flag)
                 .ok_or_else(|| given.type_str().to_owned()),
-            Self::Floats(least, most, low, high) => {
+            Self::Floats(min, max, low, high) => {
                 let list = given
                     .as_array()
                     .ok_or_else(|| given.type_str().to_owned())?;
-                if !(least..=most).contains(&list.len()) {
+                if !(min..=max).contains(&list.len()) {
                     return Err(format!("a list of {}", list.len()));
                 }
                 let numbers: Result<Vec<f64>, String> = list
                     .iter()
                     .map(|item| within(number(item.get_ref())?, low, high))
                     .collect();
-                numbers.map(Value::Floats)
+                numbers.map(ConfigValue::Floats)
             }
         }
     }
@@ -147,7 +152,7 @@ impl Kind {
 
 fn text(given: &DeValue<'_>) -> Result<String, String> {
     match given.as_str() {
-        Some("") => Err("an empty text".to_owned()),
+        Some("") => Err("an empty string".to_owned()),
         Some(text) => Ok(text.to_owned()),
         None => Err(given.type_str().to_owned()),
     }

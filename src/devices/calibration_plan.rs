@@ -1,19 +1,22 @@
-//! Which sweeps a calibration takes: up and down at two speeds, at several pans (sweep-geometry section 5).
+//! The sweeps of a calibration: up and down at two speeds, at three pans (sweep-geometry section 5).
 
-use super::constants::{CALIBRATION_FAST, CALIBRATION_PAN_RAD, CALIBRATION_SLOW_RAD_S};
+use super::constants::{
+    CALIBRATION_FAST_PAIRS, CALIBRATION_FAST_RAD_S, CALIBRATION_PAN_RAD, CALIBRATION_SLOW_RAD_S,
+};
 use super::plan::SweepRequest;
 use crate::config::SweepMode;
 
-/// The sweeps of a calibration over the tilt range of `request`. Where `pans` is false the head keeps the first pan of the
-/// request, and the pitch of the laser stays unknown.
-pub fn calibration_requests(request: &SweepRequest, pans: bool) -> Vec<SweepRequest> {
-    let (fast_rad_s, repeats) = CALIBRATION_FAST;
-    let speeds =
-        std::iter::once(CALIBRATION_SLOW_RAD_S).chain(std::iter::repeat_n(fast_rad_s, repeats));
+/// The sweeps of a calibration over the tilt range of `request`. With `several_pans` false the head keeps the first pan of
+/// the request; the pitch of the laser is not observable then.
+pub fn calibration_requests(request: &SweepRequest, several_pans: bool) -> Vec<SweepRequest> {
+    let speeds = std::iter::once(CALIBRATION_SLOW_RAD_S).chain(std::iter::repeat_n(
+        CALIBRATION_FAST_RAD_S,
+        CALIBRATION_FAST_PAIRS,
+    ));
     let middle = request.pans_rad.first().copied().unwrap_or(0.0);
-    let pans_rad = if pans {
+    let pans_rad = if several_pans {
         [-1.0, 0.0, 1.0]
-            .map(|way| middle + way * CALIBRATION_PAN_RAD)
+            .map(|side| middle + side * CALIBRATION_PAN_RAD)
             .to_vec()
     } else {
         vec![middle]

@@ -1,24 +1,24 @@
-//! A flag that asks a long call to end.
+//! A flag that cancels a long call.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Shared by copies: whoever holds one may cancel, whoever works looks.
+/// Clones share the flag.
 #[derive(Debug, Clone, Default)]
 pub struct Cancel(Arc<AtomicBool>);
 
 impl Cancel {
-    /// A flag not set.
+    /// Not cancelled.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Asks to end.
+    /// Sets the flag.
     pub fn cancel(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether somebody asked.
+    /// Whether it is set.
     pub fn is_cancelled(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }

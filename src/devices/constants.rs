@@ -1,131 +1,141 @@
-//! Every figure that decides something about running the devices, its unit and where it comes from.
+//! Constants for running the devices, each with its unit and source.
 
 use std::time::Duration;
 
-/// USB vendor of the laser's maker (scip2 section 3).
-pub const HOKUYO: u16 = 0x15d1;
+/// USB vendor id of Hokuyo (scip2 section 2).
+pub(super) const HOKUYO_VENDOR: u16 = 0x15d1;
 
-/// Speed of approaching moves, radians per second: the head's own after power-up, 1000 positions/s of a D46-17
+/// Speed of moves between sweeps, radians per second: the power-up speed of a D46-17, 1000 positions/s (ptu-d46 section 5).
+pub(super) const APPROACH_RAD_S: f64 = 0.8976;
+
+/// Margin between a sweep and the head's limits, counts: the limits move by a few counts with every calibration
 /// (ptu-d46 section 5).
-pub const APPROACH_RAD_S: f64 = 0.8976;
+pub(super) const LIMIT_MARGIN_STEPS: i32 = 8;
 
-/// Positions kept free between a sweep and the head's limits: they move by a few counts with every calibration
-/// (ptu-d46 section 5).
-pub const LIMIT_MARGIN_STEPS: i32 = 8;
+/// Largest change of a limit from one calibration to the next, counts. It is "a few" (ptu-d46 section 5); at more than
+/// twenty, one degree, the head hit an obstacle.
+pub(super) const MAX_LIMIT_CHANGE_STEPS: u32 = 20;
 
-/// Counts by which a limit may move from one calibration to the next: "a few" (ptu-d46 section 5), and beyond twenty, one
-/// degree, something stands in the way.
-pub const LIMITS_MOVE_STEPS: u32 = 20;
+/// Lines by which the motion starts before the first wanted line and ends after the last: half a line for the middle of a
+/// line against its ends, one for the line under way at the start (sweep-geometry section 3.4).
+pub(super) const MARGIN_LINES: f64 = 1.5;
 
-/// Lines by which the head starts before the first wanted line and goes on after the last: half a line for the
-/// middle of a line against its ends, one for the line under way when it begins (sweep-geometry section 3.4).
-pub const MARGIN_LINES: f64 = 1.5;
+/// Smallest tilt range of a sweep, radians: one degree, as in the check of the configuration.
+pub(super) const MIN_RANGE_RAD: f64 = 0.017;
 
-/// Smallest tilt range worth a sweep, radians: one degree, as the configuration demands between its two ends.
-pub const LEAST_RANGE_RAD: f64 = 0.017;
+/// Time exchanges before and after a pan segment (sweep-geometry section 3).
+pub(super) const TIME_SAMPLES: u32 = 20;
 
-/// Exchanges of time before and after a leg (sweep-geometry section 3).
-pub const TIME_SAMPLES: u32 = 20;
+/// Valid scans before the head starts to move (sweep-geometry section 7).
+pub(super) const WARM_UP_SCANS: u32 = 3;
 
-/// Good scans before the head begins to move (sweep-geometry section 7).
-pub const WARM_SCANS: u32 = 3;
+/// Step of the laser's timer against the host clock that voids a sweep, in scan periods: half of the smallest step that the
+/// driver takes for a lost scan (it tolerates a tenth of a period).
+pub(super) const TIMER_STEP_PERIODS: f64 = 0.5;
 
-/// Step of the laser's timer against the host's clock, in scan periods, that voids a sweep: half of the smallest that
-/// the driver takes for a lost scan (it allows a tenth of a period).
-pub const TIMER_STEP_PERIODS: f64 = 0.5;
+/// Scans whose smallest lag is taken as the lag: a host late for all of ten scans is late for a second.
+pub(super) const TIMER_SCANS: usize = 10;
 
-/// Scans whose least lag stands for the lag: a host that is late for all of ten scans is late for a second.
-pub const TIMER_SCANS: usize = 10;
+/// Fewest scans of a segment for estimating the rate of the laser's timer: a shorter one ends before a timer wrong by 0.2 %
+/// is a quarter of a scan off.
+pub(super) const RATE_MIN_SCANS: usize = 100;
 
-/// Scans that a leg needs for a rate of its laser's timer to be told (with fewer it is over before a timer wrong by 0.2 % is
-/// a quarter of a scan off), and the part of the leg that lies between two that are compared: a step spoils that part of
-/// the pairs, and stamps of whole milliseconds are as fine as the leg needs them.
-pub const RATE_SCANS: (usize, usize) = (100, 5);
+/// The two scans of a pair that estimates the timer's rate are a fifth of the segment apart: a step of the
+/// timer spoils that fraction of the pairs, and stamps in whole milliseconds are precise enough over it.
+pub(super) const RATE_PAIR_DIVISOR: usize = 5;
 
-/// Scans whose least lag dates a scan of step-and-stare: ten seconds, in which a timer wrong by 0.2 % goes 20 ms wrong.
-pub const DATING_SCANS: usize = 100;
+/// Scans whose smallest lag gives the start time of a scan of step-and-stare: ten seconds, in which a timer wrong by 0.2 %
+/// drifts by 20 ms.
+pub(super) const START_TIME_SCANS: usize = 100;
 
-/// Standing time before a scan of step-and-stare, over and above the confirmed arrival: the upper end of
-/// "settling 50-100 ms, measure" (sweep-geometry section 4).
-pub const SETTLE: Duration = Duration::from_millis(100);
+/// Pause between the confirmed arrival and a scan of step-and-stare: the upper end of "settling (50-100 ms, measure)"
+/// (sweep-geometry section 4).
+pub(super) const SETTLE: Duration = Duration::from_millis(100);
 
-/// Share of a turn between the stamp (step 0) and the first byte of its scan: data follow step 768 of 1024
+/// Fraction of a mirror turn between the stamp (step 0) and the first byte of its scan: data follow step 768 of 1024
 /// (scip2 section 8).
-pub const FIRST_BYTE_TURN: f64 = 0.75;
+pub(super) const FIRST_BYTE_TURNS: f64 = 0.75;
 
-/// Longest wait for one step of a sweep that the drivers bound themselves; over it the sweep fails. A laser brought
-/// back by `QT` and `RS` takes some 10 s (three requests of three attempts each), twice that is beyond doubt.
-pub const STEP_LIMIT: Duration = Duration::from_secs(20);
+/// Time limit for one step of a sweep. Recovering a laser by `QT` and `RS` takes some 10 s (three requests of three attempts
+/// each); this is twice that.
+pub(super) const STEP_LIMIT: Duration = Duration::from_secs(20);
 
-/// Longest wait for laser off and head stopped when a sweep ends early. The slowest reply is the laser's, on its
-/// 100 ms tick up to 111 ms (scip2 section 8); a device that says nothing in eight of them says nothing.
-pub const END_LIMIT: Duration = Duration::from_millis(900);
+/// Time limit for laser off and head stopped when a sweep ends early. The slowest reply is the laser's, up to 111 ms because
+/// of its 100 ms tick (scip2 section 8); this is eight of them.
+pub(super) const END_LIMIT: Duration = Duration::from_millis(900);
 
-/// Longest wait for a device that is being connected anew when a request comes: a laser connects in 0.8 s, a head in
-/// 1.5 s, their retries in 15 s (scip2 section 8, ptu-d46 section 11).
-pub const CONNECT_LIMIT: Duration = Duration::from_secs(20);
+/// Longest wait for a device that is reconnecting when a request arrives: a laser connects in 0.8 s, a head in 1.5 s, their
+/// retries in 15 s (scip2 section 8, ptu-d46 section 11).
+pub(super) const CONNECT_LIMIT: Duration = Duration::from_secs(20);
 
-/// Longest wait for a head found calibrating at opening (ptu-d46 section 7: 60 s) with its connecting.
-pub const OPEN_LIMIT: Duration = Duration::from_secs(90);
+/// Longest wait for both devices at opening. The head may be calibrating, 60 s (ptu-d46 section 7).
+pub(super) const OPEN_LIMIT: Duration = Duration::from_secs(90);
 
-/// Longest wait for a calibration: the driver's own 60 s and the reading of the limits.
-pub const HOME_LIMIT: Duration = Duration::from_secs(70);
+/// Longest wait for homing: the driver's own 60 s and the reading of the limits.
+pub(super) const HOME_LIMIT: Duration = Duration::from_secs(70);
 
-/// Longest wait for an answer about health.
-pub const HEALTH_LIMIT: Duration = Duration::from_secs(4);
+/// Longest wait for the head's supply voltage and temperatures.
+pub(super) const HEALTH_LIMIT: Duration = Duration::from_secs(4);
 
-/// First and longest pause before a port is opened again; doubled at every failure in a row.
-pub const BACKOFF: (Duration, Duration) = (Duration::from_millis(500), Duration::from_secs(30));
+/// First pause before a port is opened again; doubled at every consecutive failure.
+pub(super) const INITIAL_RETRY_PAUSE: Duration = Duration::from_millis(500);
 
-/// Longest pause before a port that is not there is looked for again: that costs nothing, and a device plugged in again is
-/// wanted within seconds.
-pub const ABSENT_RETRY: Duration = Duration::from_secs(1);
+/// Longest pause before a port is opened again.
+pub(super) const MAX_RETRY_PAUSE: Duration = Duration::from_secs(30);
 
-/// Wait for a device that is away, when it is asked for: one look at its port, and its connecting.
-pub const RETURN_LIMIT: Duration = Duration::from_millis(1500);
+/// Longest pause before an absent port is tried again: a try is cheap, and a replugged device is wanted within seconds.
+pub(super) const ABSENT_RETRY_PAUSE: Duration = Duration::from_secs(1);
 
-/// Wall time that a port thread blocks in one read while something is under way, and while nothing is. Commands wait
-/// at most that long.
-pub const READ_BUSY: Duration = Duration::from_millis(4);
-/// See [`READ_BUSY`].
-pub const READ_IDLE: Duration = Duration::from_millis(20);
+/// Wait for an absent device when it is needed: one try of its port, and connecting.
+pub(super) const RETURN_LIMIT: Duration = Duration::from_millis(1500);
 
-/// Wall time within which a port must take a command; one of them is at most some 20 bytes.
-pub const WRITE_LIMIT: Duration = Duration::from_millis(500);
+/// Longest blocking read of a port thread while the driver has a deadline, wall time. Commands wait at most that long.
+pub(super) const READ_BUSY: Duration = Duration::from_millis(4);
+/// The same while it has none.
+pub(super) const READ_IDLE: Duration = Duration::from_millis(20);
 
-/// Wall time for the last words to a device whose port is being closed. With [`WRITE_LIMIT`] below the second in which
-/// everything must stand still.
-pub const CLOSE_LIMIT: Duration = Duration::from_millis(450);
+/// Time limit for writing a command of some 20 bytes, wall time.
+pub(super) const WRITE_LIMIT: Duration = Duration::from_millis(500);
 
-/// Wall time between two looks at a cancelled flag.
-pub const CANCEL_CHECK: Duration = Duration::from_millis(20);
+/// Time limit for stopping a device whose port is being closed, wall time. With [`WRITE_LIMIT`] below the second in which
+/// laser and head must be stopped.
+pub(super) const CLOSE_LIMIT: Duration = Duration::from_millis(450);
 
-/// Wall time to connect to a sensor by TCP.
-pub const TCP_LIMIT: Duration = Duration::from_secs(2);
+/// Interval of checking for cancellation, wall time.
+pub(super) const CANCEL_CHECK: Duration = Duration::from_millis(20);
 
-/// Rates of a laser on RS-232, in the order of a search after the configured one (scip2 section 13).
-pub const LASER_BAUDS: [u32; 6] = [19_200, 57_600, 115_200, 250_000, 500_000, 750_000];
+/// Time limit for a TCP connection, wall time.
+pub(super) const TCP_LIMIT: Duration = Duration::from_secs(2);
 
-/// Wait for a reply and attempts while a laser's rate is searched for: more than the 250 ms below which a URG's tick is
-/// missed (scip2 section 13).
-pub const PROBE: (Duration, u8) = (Duration::from_millis(400), 2);
+/// Line rates of a laser on RS-232, bit/s, in the order tried after the configured one (scip2 section 13).
+pub(super) const LASER_BAUDS: [u32; 6] = [19_200, 57_600, 115_200, 250_000, 500_000, 750_000];
 
-/// Bits on the wire per byte, 8N1.
-pub const BITS_PER_BYTE: u32 = 10;
+/// Wait for a reply while a laser's line rate is searched: more than 250 ms, below which a URG misses its tick
+/// (scip2 section 13).
+pub(super) const PROBE_REPLY_LIMIT: Duration = Duration::from_millis(400);
 
-/// Largest share of a scan's period that its bytes may take on a slow line.
-pub const LINE_SHARE: f64 = 0.95;
+/// Attempts per request while a laser's line rate is searched.
+pub(super) const PROBE_ATTEMPTS: u8 = 2;
 
-/// Slow speed of a calibration, radians per second: 5 deg/s, the usual sweep; there the backlash outweighs the time offset.
-pub const CALIBRATION_SLOW_RAD_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// Bits on the line per byte, 8N1.
+pub(super) const BITS_PER_BYTE: u32 = 10;
 
-/// Fast speed of a calibration, radians per second, and how many sweeps up and down have it: at 25 deg/s a millisecond is
-/// 0.025 deg, and each leg's clock is off by 0.3 ms of its own, which the mean of twelve legs is not.
-pub const CALIBRATION_FAST: (f64, usize) = (25.0 * std::f64::consts::PI / 180.0, 2);
+/// Largest fraction of the scan period that the bytes of a scan may take on a slow line.
+pub(super) const MAX_LINE_LOAD: f64 = 0.95;
 
-/// Pan to either side of the middle in a calibration, radians: 50 deg, within every head's range, and the tilt axis is
-/// turned by 100 deg between the two.
-pub const CALIBRATION_PAN_RAD: f64 = 50.0 * std::f64::consts::PI / 180.0;
+/// Slow speed of a calibration, radians per second: 5 deg/s, as in a usual sweep; here backlash outweighs the time offset.
+pub(super) const CALIBRATION_SLOW_RAD_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-/// Set speed of both axes after a power-up, counts per second (ptu-d46 section 5): a unit found at it tells nothing.
-pub const POWER_UP_SPEED: i32 = 1000;
+/// Fast speed of a calibration, radians per second: at 25 deg/s a millisecond is 0.025 deg.
+pub(super) const CALIBRATION_FAST_RAD_S: f64 = 25.0 * std::f64::consts::PI / 180.0;
+
+/// Pairs of fast sweeps, up and down. The clock offset of each segment is wrong by 0.3 ms; the mean over twelve segments
+/// (three pans) reduces that.
+pub(super) const CALIBRATION_FAST_PAIRS: usize = 2;
+
+/// Pan to either side of the middle in a calibration, radians: 50 deg is within every head's range and turns the tilt axis
+/// by 100 deg between the two.
+pub(super) const CALIBRATION_PAN_RAD: f64 = 50.0 * std::f64::consts::PI / 180.0;
+
+/// Speed setting of both axes after power-up, counts per second (ptu-d46 section 5).
+pub(super) const POWER_UP_STEPS_S: i32 = 1000;

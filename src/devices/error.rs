@@ -1,4 +1,4 @@
-//! What can go wrong with the devices. Each is one line: which device, which port, what happened, what to do.
+//! Errors of the devices. Each text is one line: device, port, what happened, what to do.
 
 use std::fmt;
 
@@ -21,7 +21,7 @@ impl fmt::Display for Device {
 }
 
 impl Device {
-    /// The configuration key of the unit that it has to be.
+    /// Configuration key of the required unit.
     pub const fn unit_key(self) -> &'static str {
         match self {
             Self::Laser => "laser.serial",
@@ -29,7 +29,7 @@ impl Device {
         }
     }
 
-    /// The configuration key of its port.
+    /// Configuration key of its port.
     pub const fn port_key(self) -> &'static str {
         match self {
             Self::Laser => "laser.port",
@@ -38,137 +38,133 @@ impl Device {
     }
 }
 
-/// A device that does not do its part.
+/// A failure of a device.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DeviceError {
-    /// The port cannot be opened, or its transport broke.
+    /// The port cannot be opened, or its transport failed.
     #[error("{device} ({key}): {source}", key = .device.port_key())]
     Port {
-        /// Which device.
+        /// The failed device.
         device: Device,
-        /// Why, with the port's name and what to do.
+        /// With the port's name and what to do.
         source: PortError,
     },
-    /// Another unit hangs there than the one that the configuration names.
+    /// Another unit is connected than the configuration requires.
     #[error(
-        "{device} on {port} is {got}, but {key} asks for {expected}: plug in the right one or change the configuration"
+        "{device} on {port} is {got}, but {key} requires {expected}: plug in the right one or change the configuration"
     )]
     OtherUnit {
-        /// Which device.
+        /// The failed device.
         device: Device,
-        /// Its port.
+        /// Name of its port.
         port: String,
-        /// The configuration key that names the unit.
+        /// Configuration key of the required unit.
         key: &'static str,
-        /// The unit asked for.
+        /// Required unit.
         expected: String,
-        /// What it says of itself.
+        /// Unit found.
         got: String,
     },
-    /// Nothing came back at any rate.
+    /// No reply at any line rate.
     #[error("{device} on {port} is silent: check its power and cable, and that {key} is its port ({detail})", key = .device.port_key())]
     Silent {
-        /// Which device.
+        /// The failed device.
         device: Device,
-        /// Its port.
+        /// Name of its port.
         port: String,
-        /// What the driver tried.
+        /// The driver's error.
         detail: String,
     },
-    /// Something answers, but not as this device would.
-    #[error("{port} answers, but not as the {device} would: are {key} and the other port exchanged, or the baud rate wrong? ({detail})", key = .device.port_key())]
+    /// The replies are not those of this device.
+    #[error("{port} answers, but not like the {device}: are {key} and the other port exchanged, or is the baud rate wrong? ({detail})", key = .device.port_key())]
     WrongDevice {
-        /// Which device.
+        /// The failed device.
         device: Device,
-        /// Its port.
+        /// Name of its port.
         port: String,
-        /// What the driver heard.
+        /// The driver's error.
         detail: String,
     },
-    /// The dialogue broke, or the device says that it is broken.
-    #[error(
-        "{device} on {port}: {detail}; it is being connected anew, power-cycle it if this repeats"
-    )]
+    /// Communication failed, or the device reports a fault.
+    #[error("{device} on {port}: {detail}; reconnecting, power-cycle it if this repeats")]
     Fault {
-        /// Which device.
+        /// The failed device.
         device: Device,
-        /// Its port.
+        /// Name of its port.
         port: String,
-        /// The driver's words.
+        /// The driver's error.
         detail: String,
     },
-    /// The device is away and did not come back in time.
+    /// The device did not reconnect in time.
     #[error("{device} on {port} is not connected: {detail}")]
     NotConnected {
-        /// Which device.
+        /// The failed device.
         device: Device,
-        /// Its port.
+        /// Name of its port.
         port: String,
-        /// The last thing known about it.
+        /// Its last state.
         detail: String,
     },
-    /// The device took too long.
+    /// The device timed out.
     #[error(
         "{device} on {port} did not finish {what} in {limit_s} s: power-cycle it if this repeats"
     )]
     Overdue {
-        /// Which device.
+        /// The failed device.
         device: Device,
-        /// Its port.
+        /// Name of its port.
         port: String,
-        /// What was waited for.
+        /// Operation.
         what: &'static str,
-        /// How long, seconds.
+        /// Time limit, seconds.
         limit_s: u64,
     },
-    /// The head's position is not to be trusted; nothing was measured.
+    /// The head's position is not trusted; there is no sweep.
     #[error(
         "pan-tilt on {port}: its position is not trusted ({detail}); home it before the next sweep"
     )]
     PositionLost {
-        /// The head's port.
+        /// Name of its port.
         port: String,
-        /// Why.
+        /// Reason.
         detail: String,
     },
-    /// An axis did not follow its command.
+    /// An axis stopped before its target.
     #[error(
-        "pan-tilt on {port}: {axis} stopped at {at_steps}, on its way to {target_steps}: is it blocked, or overloaded? Home it before the next sweep"
+        "pan-tilt on {port}: {axis} stopped at {at_steps} on its way to {target_steps}: is it blocked or overloaded? Home it before the next sweep"
     )]
     Stalled {
-        /// The head's port.
+        /// Name of its port.
         port: String,
         /// `pan` or `tilt`.
         axis: &'static str,
-        /// Where it was last, counts.
+        /// Last position, counts.
         at_steps: i32,
-        /// Where it should have gone, counts.
+        /// Target, counts.
         target_steps: i32,
     },
-    /// The plan asks for angles the head cannot reach.
+    /// The request has angles out of reach.
     #[error(
-        "pan-tilt on {port} reaches {axis} {low_deg:.1} to {high_deg:.1} deg, {wanted} asked for: change {key}"
+        "pan-tilt on {port} reaches {axis} {low_deg:.1} to {high_deg:.1} deg, not {wanted}: change {key}"
     )]
     OutOfReach {
-        /// The head's port.
+        /// Name of its port.
         port: String,
         /// `pan` or `tilt`.
         axis: &'static str,
-        /// Least angle within reach, degrees.
+        /// Smallest angle within reach, degrees.
         low_deg: f64,
-        /// Greatest angle within reach, degrees.
+        /// Largest angle within reach, degrees.
         high_deg: f64,
-        /// What was asked for.
+        /// Requested angles.
         wanted: String,
-        /// The configuration keys to change.
+        /// Configuration keys to change.
         key: &'static str,
     },
-    /// The laser's timer went back to zero or jumped in the middle of a sweep: its instants say nothing any more.
-    #[error(
-        "laser on {port}: its timer {what} in the middle of the sweep, the sweep is void; take another"
-    )]
+    /// The laser's timer was reset or jumped during a sweep: its timestamps are useless.
+    #[error("laser on {port}: its timer {what} during the sweep, which is void; take another")]
     TimerLost {
-        /// The laser's port.
+        /// Name of its port.
         port: String,
         /// What happened to the timer.
         what: String,
@@ -176,30 +172,30 @@ pub enum DeviceError {
     /// A device refused a command.
     #[error("{device} on {port} refused {command}: {detail}")]
     Refused {
-        /// Which device.
+        /// The failed device.
         device: Device,
-        /// Its port.
+        /// Name of its port.
         port: String,
-        /// What was asked.
+        /// The command.
         command: String,
-        /// Its words.
+        /// Its reply.
         detail: String,
     },
-    /// The caller cancelled; the laser is off and the head stands.
-    #[error("cancelled; the laser is off and the head stands")]
+    /// The caller cancelled; the laser is off and the head has stopped.
+    #[error("cancelled; the laser is off and the head has stopped")]
     Cancelled,
-    /// The system gave no thread.
-    #[error("no thread for the {device}: {detail}")]
+    /// The operating system refused a thread.
+    #[error("cannot start a thread for the {device}: {detail}")]
     NoThread {
-        /// Which device.
+        /// The failed device.
         device: Device,
-        /// The system's words.
+        /// System error.
         detail: String,
     },
 }
 
 impl DeviceError {
-    /// Whether the device is just not there: looking again soon costs nothing and moves nothing.
+    /// Whether the device is just absent: trying again soon is cheap and moves nothing.
     pub const fn is_absence(&self) -> bool {
         matches!(self, Self::Port { .. })
     }
@@ -208,19 +204,19 @@ impl DeviceError {
 /// Why a port cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PortError {
-    /// Nothing is there.
+    /// No such port.
     #[error("{0}")]
     NoSuchPort(String),
-    /// Several devices go by that name.
+    /// Several ports match the name.
     #[error("{0}")]
     Several(String),
-    /// Somebody else has it.
+    /// Another program has it open.
     #[error("{0}")]
     Busy(String),
-    /// This user may not.
+    /// This user may not open it.
     #[error("{0}")]
     NotPermitted(String),
-    /// It went away.
+    /// It was unplugged.
     #[error("{0}")]
     Gone(String),
     /// Anything else.
@@ -234,7 +230,7 @@ impl From<link::LinkError> for PortError {
         let text = error.to_string();
         match error {
             E::NotFound { .. } => Self::NoSuchPort(text),
-            E::Several { .. } => Self::Several(text),
+            E::Ambiguous { .. } => Self::Several(text),
             E::Busy { .. } => Self::Busy(text),
             E::PermissionDenied { .. } => Self::NotPermitted(text),
             E::Disconnected { .. } | E::TimedOut { .. } => Self::Gone(text),

@@ -1,49 +1,49 @@
-//! The serial ports of this machine: what sits behind them, who has them open, and whether one of them is a device's.
+//! The serial ports of this machine: what is connected, who has them open, and which are configured.
 
 use super::error::PortError;
-use super::port_name::{PortName, ports};
+use super::port_config::{PortConfig, configured_ports};
 use crate::config::Settings;
-use link::Candidate;
+use link::DetectedPort;
 use serde::Serialize;
 
 /// One serial port.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct PortReport {
-    /// Its node.
+    /// Device node.
     pub path: String,
-    /// The device or adapter behind it, where that is on USB, by the fullest name that `laser.port` and `ptu.port` take.
+    /// USB device or adapter, as the fullest name that `laser.port` and `ptu.port` accept.
     pub usb: Option<String>,
-    /// What that calls itself.
+    /// USB product name.
     pub product: Option<String>,
-    /// Programs that have it open, as far as this user may know.
+    /// Programs that have it open, as far as this user may see.
     pub held_by: Vec<String>,
-    /// The keys of the configuration that mean it.
+    /// Configuration keys that name it.
     pub configured_as: Vec<&'static str>,
 }
 
-/// All of them, by path; asks nothing of the devices.
+/// All serial ports, by path. Sends nothing to the devices.
 ///
 /// # Errors
-/// [`PortError`] where the system does not tell.
+/// The system does not list them.
 pub fn inventory(settings: &Settings) -> Result<Vec<PortReport>, PortError> {
-    let found = link::candidates()?;
-    let (laser, head) = ports(settings);
-    Ok(told(&found, &[laser, head], link::holders))
+    let found = link::detect_ports()?;
+    let (laser, head) = configured_ports(settings);
+    Ok(port_reports(&found, &[laser, head], link::holders))
 }
 
-fn told(
-    candidates: &[Candidate],
-    names: &[PortName],
+fn port_reports(
+    candidates: &[DetectedPort],
+    names: &[PortConfig],
     holders: impl Fn(&str) -> Vec<String>,
 ) -> Vec<PortReport> {
-    let report = |candidate: &Candidate| PortReport {
+    let report = |candidate: &DetectedPort| PortReport {
         path: candidate.path.clone(),
         usb: candidate.usb.as_ref().map(|usb| usb.id().to_string()),
         product: candidate.usb.as_ref().and_then(|usb| usb.name.clone()),
         held_by: holders(&candidate.path),
         configured_as: names
             .iter()
-            .filter(|name| name.means(candidate))
+            .filter(|name| name.matches(candidate))
             .map(|name| name.device.port_key())
             .collect(),
     };
@@ -52,14 +52,14 @@ fn told(
 
 #[cfg(test)]
 mod tests {
-    use super::told;
+    use super::port_reports;
     use crate::config::Settings;
-    use crate::devices::port_name::ports;
-    use link::{Candidate, UsbDevice};
+    use crate::devices::port_config::configured_ports;
+    use link::{DetectedPort, UsbDevice};
 
     #[test]
-    fn every_port_says_what_it_is_who_has_it_and_whose_it_is() {
-        let adapter = |path: &str, serial: &str| Candidate {
+    fn each_port_is_listed_with_device_holders_and_configuration_key() {
+        let adapter = |path: &str, serial: &str| DetectedPort {
             path: path.to_owned(),
             usb: Some(UsbDevice {
                 vendor: 0x0403,
@@ -68,7 +68,7 @@ mod tests {
                 name: Some("FT232R USB UART".to_owned()),
             }),
         };
-        let board = Candidate {
+        let board = DetectedPort {
             path: "/dev/ttyS0".to_owned(),
             usb: None,
         };
@@ -80,12 +80,12 @@ mod tests {
         let mut settings = Settings::defaults();
         settings.laser.port = "/dev/ttyS0".to_owned();
         settings.ptu.port = "usb:0403:6001:A2".to_owned();
-        let (laser, head) = ports(&settings);
+        let (laser, head) = configured_ports(&settings);
         let holders = |path: &str| match path {
             "/dev/ttyUSB0" => vec!["ModemManager (pid 7)".to_owned()],
             _ => Vec::new(),
         };
-        let all = told(&there, &[laser, head], holders);
+        let all = port_reports(&there, &[laser, head], holders);
         let keys: Vec<&[&str]> = all
             .iter()
             .map(|port| port.configured_as.as_slice())

@@ -1,16 +1,15 @@
-//! The laser's driver with its requests as data.
+//! The laser's driver behind the common interface, its requests as commands.
 
-use super::constants::{BITS_PER_BYTE, PROBE};
-use super::driver::{Driver, Output};
+use super::constants::{BITS_PER_BYTE, PROBE_ATTEMPTS, PROBE_REPLY_LIMIT};
+use super::device_driver::{DeviceDriver, DriverOutput};
 use super::error::{Device, DeviceError};
-use super::port_name::{Line, PortName};
-use scip::{Action, Event, Sensor, SensorError, SensorOptions, StreamPlan};
+use super::port_config::{LineKind, PortConfig};
+use scip::{LaserAction, LaserEvent, ScipDriver, ScipError, ScipOptions, StreamPlan};
 use std::time::Duration;
 
-/// What can be asked of the laser.
 #[derive(Debug, Clone, PartialEq)]
-pub enum LaserCommand {
-    /// Read its timer so many times; turns the laser off.
+pub(crate) enum LaserCommand {
+    /// Read its timer N times; turns the laser off.
     ExchangeTime(u32),
     /// Stream scans until stopped.
     Stream(StreamPlan),
@@ -18,124 +17,124 @@ pub enum LaserCommand {
     Stop,
 }
 
-/// The laser's driver.
 #[derive(Debug)]
-pub struct LaserDriver {
-    sensor: Sensor,
-    refused: Option<SensorError>,
+pub(crate) struct LaserDriver {
+    driver: ScipDriver,
+    rejected: Option<ScipError>,
 }
 
 impl LaserDriver {
-    fn note(&mut self, taken: Result<(), SensorError>) {
-        if let Err(error) = taken {
-            self.refused = Some(error);
+    fn collect_rejection(&mut self, result: Result<(), ScipError>) {
+        if let Err(error) = result {
+            self.rejected = Some(error);
         }
     }
 }
 
-impl Driver for LaserDriver {
+impl DeviceDriver for LaserDriver {
     type Command = LaserCommand;
-    type Event = Event;
+    type Event = LaserEvent;
 
-    fn new(port: &PortName, baud: u32, probing: bool) -> Self {
-        let mut options = SensorOptions::default();
-        if port.line() == Line::Rs232 {
+    fn new(port: &PortConfig, baud: u32, probing: bool) -> Self {
+        let mut options = ScipOptions::default();
+        if port.line_kind() == LineKind::Rs232 {
             options.link_bytes_per_second = Some(baud / BITS_PER_BYTE);
-            // `RS` puts a sensor on RS-232 back to its default rate: the line would be lost at once.
+            // `RS` resets a sensor on RS-232 to its default line rate: the connection would be lost.
             options.reset_on_connect = false;
         }
         if probing {
-            (options.reply_timeout, options.attempts) = PROBE;
+            (options.reply_timeout, options.attempts) = (PROBE_REPLY_LIMIT, PROBE_ATTEMPTS);
         }
         Self {
-            sensor: Sensor::new(options),
-            refused: None,
+            driver: ScipDriver::new(options),
+            rejected: None,
         }
     }
 
     fn connect(&mut self, now: Duration) {
-        self.sensor.connect(now);
+        self.driver.connect(now);
     }
 
     fn command(&mut self, command: LaserCommand, now: Duration) {
         match command {
             LaserCommand::ExchangeTime(samples) => {
-                let taken = self.sensor.exchange_time(samples, now);
-                self.note(taken);
+                let result = self.driver.exchange_time(samples, now);
+                self.collect_rejection(result);
             }
             LaserCommand::Stream(plan) => {
-                let taken = self.sensor.start_streaming(plan, now);
-                self.note(taken);
+                let result = self.driver.start_streaming(plan, now);
+                self.collect_rejection(result);
             }
-            LaserCommand::Stop => self.sensor.stop(now),
+            LaserCommand::Stop => self.driver.stop(now),
         }
     }
 
     fn handle_bytes(&mut self, bytes: &[u8], now: Duration) {
-        self.sensor.handle_bytes(bytes, now);
+        self.driver.handle_bytes(bytes, now);
     }
 
     fn handle_deadline(&mut self, now: Duration) {
-        self.sensor.handle_deadline(now);
+        self.driver.handle_deadline(now);
     }
 
     fn deadline(&self) -> Option<Duration> {
-        self.sensor.deadline()
+        self.driver.deadline()
     }
 
-    fn poll(&mut self) -> Option<Output<Event>> {
-        match self.sensor.poll_action() {
-            Some(Action::Send(bytes)) => Some(Output::Send(bytes)),
-            Some(Action::Event(event)) => Some(Output::Event(event)),
+    fn poll(&mut self) -> Option<DriverOutput<LaserEvent>> {
+        match self.driver.poll_action() {
+            Some(LaserAction::Send(bytes)) => Some(DriverOutput::Send(bytes)),
+            Some(LaserAction::Event(event)) => Some(DriverOutput::Event(event)),
             None => self
-                .refused
+                .rejected
                 .take()
-                .map(|error| Output::Event(Event::Failed(error))),
+                .map(|error| DriverOutput::Event(LaserEvent::Failed(error))),
         }
     }
 
-    fn is_proof_of_life(event: &Event) -> bool {
-        matches!(event, Event::Scan { .. })
+    fn is_sign_of_life(event: &LaserEvent) -> bool {
+        matches!(event, LaserEvent::Scan { .. })
     }
 
-    fn is_connected(event: &Event) -> bool {
-        matches!(event, Event::Connected(_))
+    fn is_connected(event: &LaserEvent) -> bool {
+        matches!(event, LaserEvent::Connected(_))
     }
 
-    fn fault(event: &Event, port: &PortName) -> Option<DeviceError> {
+    fn fault(event: &LaserEvent, port: &PortConfig) -> Option<DeviceError> {
         match event {
-            Event::Fault(error) => Some(laser_error(error, &port.name)),
-            Event::Connected(identity) => port.other_unit(&identity.serial),
+            LaserEvent::Fault(error) => Some(laser_error(error, &port.name)),
+            LaserEvent::Connected(identity) => port.unit_mismatch(&identity.serial),
             _ => None,
         }
     }
 
-    fn rest(&mut self, now: Duration) {
-        self.sensor.stop(now);
+    fn stop(&mut self, now: Duration) {
+        self.driver.stop(now);
     }
 
-    fn is_rest(event: &Event) -> bool {
-        matches!(event, Event::Stopped | Event::Fault(_) | Event::Failed(_))
+    fn is_stopped(event: &LaserEvent) -> bool {
+        matches!(
+            event,
+            LaserEvent::Stopped | LaserEvent::Fault(_) | LaserEvent::Failed(_)
+        )
     }
 }
 
-/// What the laser's driver says, by what people have to do about it.
-pub(super) fn laser_error(error: &SensorError, port: &str) -> DeviceError {
+/// A driver error, sorted by what the operator has to do.
+pub(super) fn laser_error(error: &ScipError, port: &str) -> DeviceError {
     let (device, port, detail) = (Device::Laser, port.to_owned(), error.to_string());
     match error {
-        SensorError::NoReply { .. } => DeviceError::Silent {
+        ScipError::NoReply { .. } => DeviceError::Silent {
             device,
             port,
             detail,
         },
-        SensorError::BadReply { .. } | SensorError::ConnectTimeout { .. } => {
-            DeviceError::WrongDevice {
-                device,
-                port,
-                detail,
-            }
-        }
-        SensorError::Plan { what, .. } => DeviceError::Refused {
+        ScipError::BadReply { .. } | ScipError::ConnectTimeout { .. } => DeviceError::WrongDevice {
+            device,
+            port,
+            detail,
+        },
+        ScipError::Plan { what, .. } => DeviceError::Refused {
             device,
             port,
             command: (*what).to_owned(),

@@ -1,8 +1,8 @@
-//! Drivers against twins in lockstep virtual time: no thread, no sleep, the same answer every time.
+//! Drivers against emulated devices in virtual time: no threads, no sleeping, deterministic.
 
 mod agreement;
-pub mod bench;
+pub mod rig;
 mod calibration;
 mod faults;
 mod sweeps;
-pub mod wires;
+pub mod links;

@@ -1,36 +1,36 @@
-//! Takes settings, gives raw sweeps: a thread per port with the sans-IO driver inside, and the sweep as a machine that
-//! needs no thread.
+//! Laser and pan-tilt head: settings in, raw sweeps out. Each port has a thread that runs the sans-IO driver; a sweep is a
+//! state machine without threads.
 //!
-//! | file | takes | gives |
+//! | file | input | output |
 //! |---|---|---|
-//! | `driver`, `laser`, `head` | commands, bytes, instants | bytes and events of one device |
-//! | `port_name`, `port` | a configured port | a thread that keeps it open and serves its driver |
-//! | `inventory` | settings | all serial ports of the machine: what they are, who has them, whose they are |
-//! | `wires` | commands | both ports as one, on their threads |
-//! | `plan` | settings, identities | one sweep in whole counts |
-//! | `calibration_plan` | one request | those of a calibration |
-//! | `sweep_run`, `sweep_data` | events of both devices | commands to both, in the end a raw sweep or the reason why not |
-//! | `station`, `known`, `head_memory`, `power_mark`, `report` | settings | both devices as one object with blocking calls; what is known of them |
+//! | `device_driver`, `laser`, `head` | commands, bytes, times | bytes and events of one device |
+//! | `port_config`, `port` | a configured port | a thread that keeps it open and runs its driver |
+//! | `inventory` | settings | all serial ports of the machine: device, holders, configuration key |
+//! | `device_links` | commands | messages of both port threads |
+//! | `plan` | request, settings, identities | one sweep in counts |
+//! | `calibration_plan` | one request | the requests of a calibration |
+//! | `sweep_run`, `sweep_data` | events of both devices | commands for both; a raw sweep or an error |
+//! | `station`, `device_state`, `head_memory`, `power_marker`, `report` | settings | both devices as one object with blocking calls; their state |
 
 mod calibration_plan;
 mod cancel;
 mod constants;
-mod driver;
+mod device_driver;
+mod device_links;
+mod device_state;
 mod error;
 mod head;
 mod head_memory;
-mod known;
 mod inventory;
 mod laser;
 mod plan;
 mod port;
-mod port_name;
-mod power_mark;
+mod port_config;
+mod power_marker;
 mod report;
 mod station;
 mod sweep_data;
 mod sweep_run;
-mod wires;
 #[cfg(test)]
 pub(crate) mod lockstep;
 #[cfg(test)]
@@ -38,10 +38,10 @@ mod on_terminals;
 
 pub use calibration_plan::calibration_requests;
 pub use cancel::Cancel;
+pub use device_state::DeviceNote;
 pub use error::{Device, DeviceError, PortError};
 pub use head_memory::HeadMemory;
 pub use inventory::{PortReport, inventory};
-pub use known::{DeviceNote, NoteLevel};
-pub use plan::{SweepPlan, SweepRequest};
+pub use plan::SweepRequest;
 pub use report::{AxisReport, DevicesReport, HeadReport, LaserReport};
 pub use station::Station;

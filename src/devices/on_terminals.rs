@@ -1,8 +1,8 @@
-//! The whole way through threads and pseudo-terminals, ten times as fast as life.
+//! Stations on threads and pseudo-terminals, in accelerated time.
 
 use super::{Cancel, DeviceError, Station, SweepRequest};
 use crate::config::Settings;
-use crate::devices::lockstep::bench::ROOM;
+use crate::devices::lockstep::rig::ROOM;
 use link::Clock;
 use patrold_engine::sweep::assemble;
 use patrold_sim::emulator::{Emulation, EmulationOptions, Emulator, EmulatorPorts};
@@ -31,16 +31,16 @@ fn settings(emulator: &Emulator) -> Settings {
 
 #[test]
 fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
-    // A wait of twenty seconds of the devices must outlast what a loaded machine sleeps.
+    // Slow enough that twenty seconds of the devices outlast a stall of a loaded machine.
     let clock = Clock::scaled(5.0);
     let emulator = emulator(&clock, &EmulatorPorts::default());
     let settings = settings(&emulator);
     let (notes, _heard) = mpsc::channel();
     let mut station =
         Station::open(&settings, clock.clone(), notes, &Cancel::new()).expect("both answer");
-    let who = station.describe(&Cancel::new()).expect("both tell");
-    assert_eq!(who.laser.serial, "H0706400");
-    assert_eq!(who.ptu.supply_v, Some(24.0));
+    let report = station.describe(&Cancel::new()).expect("both answer");
+    assert_eq!(report.laser.serial, "H0706400");
+    assert_eq!(report.ptu.supply_v, Some(24.0));
     let mut request = SweepRequest::new(&settings.sweep, &settings.mount, &[0.1]);
     request.tilt_from_rad = -0.1;
     let refused = station.sweep(&request, &Cancel::new());
@@ -51,7 +51,7 @@ fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
     assert!(!emulator.laser_on() && !emulator.head_moving());
     let sweep = assemble(&raw).expect("assembles");
     eprintln!("{:?}, lag {:?}", sweep.quality, emulator.take_lag());
-    // How well depends on the machine; that the points are the room's does not.
+    // The accuracy depends on the load of the machine; the points lie in the room all the same.
     let far = sweep
         .view
         .points
@@ -112,7 +112,7 @@ fn dropped_in_the_middle_the_laser_goes_off() {
 }
 
 #[test]
-fn missing_and_exchanged_ports_are_told() {
+fn missing_and_exchanged_ports_are_reported() {
     let clock = Clock::scaled(50.0);
     let (notes, _heard) = mpsc::channel();
     let mut absent = Settings::defaults();
@@ -158,12 +158,12 @@ fn waiting_for_a_silent_port_can_be_cancelled() {
     assert!(matches!(open, Err(DeviceError::Cancelled)));
 }
 
-/// Reads until `wanted` stands in what came, at most so many seconds of the wall.
+/// Whether `wanted` is read within five seconds, wall time.
 fn heard(port: &mut dyn link::Link, wanted: &str) -> bool {
-    let begun = std::time::Instant::now();
+    let started = std::time::Instant::now();
     let mut text = String::new();
     let mut buffer = [0; 256];
-    while begun.elapsed() < Duration::from_secs(5) {
+    while started.elapsed() < Duration::from_secs(5) {
         match port.read(&mut buffer, Duration::from_millis(50)) {
             Ok(count) => {
                 text.extend(buffer[..count].iter().map(|byte| char::from(*byte)));
@@ -178,7 +178,7 @@ fn heard(port: &mut dyn link::Link, wanted: &str) -> bool {
 }
 
 #[test]
-fn a_port_vanishes_under_its_client_and_comes_back_as_another() {
+fn an_unplugged_port_comes_back_under_another_name() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);
     let (first, second) = (path("laser"), path("laser-again"));
@@ -195,7 +195,7 @@ fn a_port_vanishes_under_its_client_and_comes_back_as_another() {
     let node = std::fs::read_link(&first).expect("a link");
     let fault = format!("laser.unplug:for=1,as={}", second.display());
     emulator.inject(fault.parse().expect("a fault"));
-    assert!(!heard(&mut port, "never sent"), "hung up on");
+    assert!(!heard(&mut port, "never sent"), "closed");
     assert!(!first.exists());
     let mut again = None;
     for _ in 0..500 {

@@ -1,18 +1,18 @@
-//! From settings and what the devices said of themselves to whole counts: the plan of one sweep.
+//! The plan of one sweep in the devices' units, from request, settings and the devices' identities.
 
 mod stream;
 
-use self::stream::stream_plan;
-use super::constants::{APPROACH_RAD_S, LEAST_RANGE_RAD, LIMIT_MARGIN_STEPS, MARGIN_LINES};
+use self::stream::plan_stream;
+use super::constants::{APPROACH_RAD_S, LIMIT_MARGIN_STEPS, MARGIN_LINES, MIN_RANGE_RAD};
 use super::error::DeviceError;
-use crate::config::{MountSettings, PtuSettings, SweepMode, SweepSettings};
+use crate::config::{MountConfig, PtuConfig, SweepConfig, SweepMode};
 use patrold_engine::geometry::Mount;
-use patrold_engine::scan::Optics;
+use patrold_engine::scan::ScanGeometry;
 use ptu::{AxisIdentity, AxisScale, HeadIdentity, Sign};
-use scip::{Parameters, StreamPlan};
+use scip::{LaserParameters, StreamPlan};
 use std::time::Duration;
 
-/// What a sweep shall look at.
+/// A sweep in radians and metres.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepRequest {
     /// Continuous or step-and-stare.
@@ -23,19 +23,19 @@ pub struct SweepRequest {
     pub tilt_to_rad: f64,
     /// Speed of a continuous sweep, radians per second.
     pub speed_rad_s: f64,
-    /// Pitch of the lines of step-and-stare, radians.
+    /// Distance between lines of step-and-stare, radians.
     pub step_rad: f64,
-    /// Added to the laser's instants, seconds; stored with the sweep.
+    /// Added to the laser's timestamps, seconds; stored with the sweep.
     pub time_offset_s: f64,
-    /// Pans, radians, in this order.
+    /// Pans in this order, radians.
     pub pans_rad: Vec<f64>,
-    /// Where the laser sits; stored with the sweep.
+    /// Chain from base to laser; stored with the sweep.
     pub mount: Mount,
 }
 
 impl SweepRequest {
-    /// The configured sweep at these pans (`Settings::pans_rad` knows a waypoint's).
-    pub fn new(settings: &SweepSettings, mount: &MountSettings, pans_rad: &[f64]) -> Self {
+    /// The configured sweep at these pans, radians; `Settings::pans_rad` has those of a waypoint.
+    pub fn new(settings: &SweepConfig, mount: &MountConfig, pans_rad: &[f64]) -> Self {
         Self {
             mode: settings.mode,
             tilt_from_rad: settings.tilt_from_rad,
@@ -49,46 +49,44 @@ impl SweepRequest {
     }
 }
 
-/// The head as the plan sees it.
+/// What the plan needs of the head.
 #[derive(Debug, Clone)]
-pub struct HeadFacts<'a> {
-    /// What it said at connecting.
+pub(crate) struct HeadFacts<'a> {
     pub identity: &'a HeadIdentity,
     /// Signs and zeros.
-    pub settings: &'a PtuSettings,
-    /// Its port, for messages.
+    pub settings: &'a PtuConfig,
+    /// Its port, for errors.
     pub port: &'a str,
 }
 
-/// The laser as the plan sees it.
+/// What the plan needs of the laser.
 #[derive(Debug, Clone, Copy)]
-pub struct LaserFacts {
-    /// What it said at connecting.
-    pub parameters: Parameters,
-    /// Bytes a second, where the line is slower than the scans.
+pub(crate) struct LaserFacts {
+    pub parameters: LaserParameters,
+    /// Bytes per second of a line with a line rate.
     pub line_bytes_s: Option<u32>,
 }
 
-/// How the tilt goes.
+/// Motion of the tilt axis.
 #[derive(Debug, Clone, PartialEq)]
-pub enum TiltPlan {
-    /// From start to end at one speed.
+pub(crate) enum TiltPlan {
+    /// At constant speed.
     Continuous {
-        /// Where it starts, counts.
+        /// Start, counts.
         start_steps: i32,
-        /// Where it ends, counts.
+        /// End, counts.
         end_steps: i32,
         /// Counts per second, positive.
         speed_steps_s: i32,
-        /// Counts at either end that the speed ramps take; positions there say nothing about the constant speed.
+        /// Counts of the speed ramp at each end; positions there are not at constant speed.
         ramp_steps: i32,
     },
-    /// Standing at each of these counts.
+    /// Stops at each of these counts.
     Steps(Vec<i32>),
 }
 
 impl TiltPlan {
-    /// Where the head must be before the first scan, counts.
+    /// Tilt before the first scan, counts.
     pub fn start_steps(&self) -> Option<i32> {
         match self {
             Self::Continuous { start_steps, .. } => Some(*start_steps),
@@ -97,56 +95,54 @@ impl TiltPlan {
     }
 }
 
-/// A sweep in the devices' own units.
+/// A sweep in the devices' units.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SweepPlan {
-    /// The scans to ask for.
+pub(crate) struct SweepPlan {
     pub stream: StreamPlan,
-    /// The beams of a scan.
-    pub optics: Optics,
-    /// Where the laser sits.
+    pub scan_geometry: ScanGeometry,
+    /// Chain from base to laser.
     pub mount: Mount,
-    /// Time between two scans that are sent.
+    /// Time between two transmitted scans.
     pub line_period: Duration,
-    /// Pans of the legs: counts, and the angle those counts are, radians.
+    /// Pan of each segment: counts, and the angle of those counts in radians.
     pub pans: Vec<(i32, f64)>,
-    /// The tilt, the same in every leg.
+    /// The same in all segments.
     pub tilt: TiltPlan,
-    /// Pan axis, for times.
+    /// For travel times.
     pub pan_axis: AxisIdentity,
-    /// Tilt axis, for times.
+    /// For travel times.
     pub tilt_axis: AxisIdentity,
-    /// Speeds of the moves between, counts per second: pan, tilt.
+    /// Speeds of moves between segments, counts per second: pan, tilt.
     pub approach_steps_s: (i32, i32),
-    /// Signed radians per tilt count.
+    /// Radians per tilt count, signed.
     pub tilt_rad_per_step: f64,
     /// Tilt at count 0, radians.
     pub tilt_zero_rad: f64,
-    /// Lowest and highest tilt that belong to the sweep, radians.
+    /// Lowest and highest tilt of the sweep, radians.
     pub tilt_range_rad: (f64, f64),
-    /// Pitch of the lines, radians.
+    /// Distance between lines, radians.
     pub line_pitch_rad: f64,
-    /// Added to the laser's instants, seconds.
+    /// Added to the laser's timestamps, seconds.
     pub time_offset_s: f64,
-    /// Difference of the tilt between a travel up and one down, radians.
+    /// Tilt difference between moving up and moving down to the same count, radians.
     pub tilt_backlash_rad: f64,
-    /// What had to be changed for the devices' sake, one sentence each.
+    /// Deviations from the request, one line each.
     pub notes: Vec<String>,
 }
 
 impl SweepPlan {
-    /// Fits the request to the devices: whole counts, speeds within bounds, the tilt range clipped to the head's.
+    /// Fits the request to the devices: whole counts, speeds within bounds, the tilt range clipped to the head's limits.
     ///
     /// # Errors
-    /// [`DeviceError::OutOfReach`] if the head reaches nothing worth sweeping, or not a pan.
+    /// [`DeviceError::OutOfReach`] if a pan or the whole tilt range is out of reach.
     pub fn new(
         request: &SweepRequest,
         head: &HeadFacts<'_>,
         laser: LaserFacts,
     ) -> Result<Self, DeviceError> {
         let mut notes = Vec::new();
-        let (stream, line_period) = stream_plan(laser, &mut notes);
-        let pan_scale = scale(
+        let (stream, line_period) = plan_stream(laser.parameters, laser.line_bytes_s, &mut notes);
+        let pan_scale = axis_scale(
             &head.identity.pan,
             head.settings.pan_sign,
             head.settings.pan_zero_rad,
@@ -155,22 +151,22 @@ impl SweepPlan {
         for pan_rad in &request.pans_rad {
             pans.push(pan_steps(*pan_rad, &pan_scale, head)?);
         }
-        let tilt = Tilt {
+        let tilt = TiltAxis {
             axis: &head.identity.tilt,
-            scale: scale(
+            scale: axis_scale(
                 &head.identity.tilt,
                 head.settings.tilt_sign,
                 head.settings.tilt_zero_rad,
             ),
             port: head.port,
         };
-        let swing = match request.mode {
+        let segment = match request.mode {
             SweepMode::Continuous => tilt.continuous(request, line_period, &mut notes)?,
             SweepMode::Step => tilt.steps(request, &mut notes)?,
         };
         let parameters = laser.parameters;
         Ok(Self {
-            optics: Optics {
+            scan_geometry: ScanGeometry {
                 steps_per_turn: parameters.ares,
                 front_step: parameters.afrt,
                 first_step: parameters.amin,
@@ -183,7 +179,7 @@ impl SweepPlan {
             mount: request.mount.clone(),
             line_period,
             pans,
-            tilt: swing.plan,
+            tilt: segment.motion,
             pan_axis: head.identity.pan,
             tilt_axis: head.identity.tilt,
             approach_steps_s: (
@@ -192,8 +188,8 @@ impl SweepPlan {
             ),
             tilt_rad_per_step: tilt.scale.sign.factor() * tilt.scale.step.radians(),
             tilt_zero_rad: head.settings.tilt_zero_rad,
-            tilt_range_rad: swing.range_rad,
-            line_pitch_rad: swing.pitch_rad,
+            tilt_range_rad: segment.range_rad,
+            line_pitch_rad: segment.pitch_rad,
             time_offset_s: request.time_offset_s,
             tilt_backlash_rad: head.settings.tilt_backlash_rad,
             notes,
@@ -201,32 +197,31 @@ impl SweepPlan {
     }
 }
 
-/// The tilt part of a plan.
-struct Swing {
-    plan: TiltPlan,
+struct PlannedTilt {
+    motion: TiltPlan,
     range_rad: (f64, f64),
     pitch_rad: f64,
 }
 
-struct Tilt<'a> {
+struct TiltAxis<'a> {
     axis: &'a AxisIdentity,
     scale: AxisScale,
     port: &'a str,
 }
 
-impl Tilt<'_> {
+impl TiltAxis<'_> {
     fn continuous(
         &self,
         request: &SweepRequest,
         line_period: Duration,
         notes: &mut Vec<String>,
-    ) -> Result<Swing, DeviceError> {
+    ) -> Result<PlannedTilt, DeviceError> {
         let speed = bounded_speed(self.axis, request.speed_rad_s);
         let step_rad = self.scale.step.radians();
         let got_rad_s = f64::from(speed) * step_rad;
         if (got_rad_s - request.speed_rad_s).abs() > step_rad {
             notes.push(format!(
-                "tilt speed {:.2} deg/s instead of {:.2}: the head does {} to {} counts/s",
+                "tilt speed {:.2} deg/s instead of {:.2}: the head supports {} to {} counts/s",
                 got_rad_s.to_degrees(),
                 request.speed_rad_s.to_degrees(),
                 self.axis.speed_min,
@@ -236,38 +231,42 @@ impl Tilt<'_> {
         let ramp_steps = self.axis.profile(speed).ramp_steps().ceil() as i32;
         let lines = MARGIN_LINES * f64::from(speed) * line_period.as_secs_f64();
         let margin = lines.ceil() as i32 + ramp_steps + 1;
-        let (from, to) = self.clipped(request, margin, notes)?;
-        let way = (to - from).signum();
-        Ok(Swing {
-            plan: TiltPlan::Continuous {
-                start_steps: from - way * margin,
-                end_steps: to + way * margin,
+        let (from, to) = self.clipped_range(request, margin, notes)?;
+        let direction = (to - from).signum();
+        Ok(PlannedTilt {
+            motion: TiltPlan::Continuous {
+                start_steps: from - direction * margin,
+                end_steps: to + direction * margin,
                 speed_steps_s: speed,
                 ramp_steps,
             },
-            range_rad: self.range(from, to, 0.0),
+            range_rad: self.widened_range_rad(from, to, 0.0),
             pitch_rad: got_rad_s * line_period.as_secs_f64(),
         })
     }
 
-    fn steps(&self, request: &SweepRequest, notes: &mut Vec<String>) -> Result<Swing, DeviceError> {
-        let (from, to) = self.clipped(request, 0, notes)?;
+    fn steps(
+        &self,
+        request: &SweepRequest,
+        notes: &mut Vec<String>,
+    ) -> Result<PlannedTilt, DeviceError> {
+        let (from, to) = self.clipped_range(request, 0, notes)?;
         let pitch = (request.step_rad / self.scale.step.radians()).max(1.0);
-        let way = f64::from((to - from).signum());
+        let direction = f64::from((to - from).signum());
         let span = f64::from((to - from).abs());
         let targets = (0..=(span / pitch).floor() as i32)
-            .map(|i| from + (way * f64::from(i) * pitch).round() as i32)
+            .map(|i| from + (direction * f64::from(i) * pitch).round() as i32)
             .collect();
-        Ok(Swing {
-            plan: TiltPlan::Steps(targets),
-            // Half a count: a line at the very end belongs to the sweep.
-            range_rad: self.range(from, to, 0.5),
+        Ok(PlannedTilt {
+            motion: TiltPlan::Steps(targets),
+            // Half a count wider: lines at the ends belong to the sweep.
+            range_rad: self.widened_range_rad(from, to, 0.5),
             pitch_rad: pitch * self.scale.step.radians(),
         })
     }
 
-    /// First and last count of the wanted range, within the limits less `margin`.
-    fn clipped(
+    /// First and last count of the requested range, clipped to the limits less `margin`.
+    fn clipped_range(
         &self,
         request: &SweepRequest,
         margin: i32,
@@ -302,12 +301,12 @@ impl Tilt<'_> {
             return Err(unreachable());
         }
         let (first, last) = (from.clamp(low, high), to.clamp(low, high));
-        if f64::from((last - first).abs()) * self.scale.step.radians() < LEAST_RANGE_RAD {
+        if f64::from((last - first).abs()) * self.scale.step.radians() < MIN_RANGE_RAD {
             return Err(unreachable());
         }
         if (first, last) != (from, to) {
             notes.push(format!(
-                "tilt {:.1} to {:.1} deg instead of {:.1} to {:.1}: the head's limits less the margin for starting and stopping",
+                "tilt {:.1} to {:.1} deg instead of {:.1} to {:.1}: limited by the head's range less the margin for starting and stopping",
                 self.scale.radians(first).to_degrees(),
                 self.scale.radians(last).to_degrees(),
                 request.tilt_from_rad.to_degrees(),
@@ -317,14 +316,14 @@ impl Tilt<'_> {
         Ok((first, last))
     }
 
-    fn range(&self, from: i32, to: i32, beyond_steps: f64) -> (f64, f64) {
+    fn widened_range_rad(&self, from: i32, to: i32, beyond_steps: f64) -> (f64, f64) {
         let (a, b) = (self.scale.radians(from), self.scale.radians(to));
         let beyond = beyond_steps * self.scale.step.radians();
         (a.min(b) - beyond, a.max(b) + beyond)
     }
 }
 
-fn scale(axis: &AxisIdentity, sign: f64, zero_rad: f64) -> AxisScale {
+fn axis_scale(axis: &AxisIdentity, sign: f64, zero_rad: f64) -> AxisScale {
     AxisScale {
         step: axis.step,
         sign: if sign < 0.0 {

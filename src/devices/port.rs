@@ -1,9 +1,12 @@
-//! The thread of one port: blocking reads, bytes stamped as they come, the driver inside, the port opened anew.
+//! The thread of one port: blocking reads, timestamps on arrival, the driver, reopening after an error.
 
-use super::constants::{ABSENT_RETRY, BACKOFF, CLOSE_LIMIT, READ_BUSY, READ_IDLE, WRITE_LIMIT};
-use super::driver::{Driver, Output};
+use super::constants::{
+    ABSENT_RETRY_PAUSE, CLOSE_LIMIT, INITIAL_RETRY_PAUSE, MAX_RETRY_PAUSE, READ_BUSY, READ_IDLE,
+    WRITE_LIMIT,
+};
+use super::device_driver::{DeviceDriver, DriverOutput};
 use super::error::DeviceError;
-use super::port_name::{PortName, Try};
+use super::port_config::{OpenAttempt, PortConfig};
 use link::Clock;
 use link::Link;
 use std::collections::HashSet;
@@ -13,39 +16,36 @@ use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// What the thread tells.
 #[derive(Debug, Clone, PartialEq)]
-pub enum PortEvent<E> {
-    /// The port is open; the device is being connected.
+pub(crate) enum PortEvent<E> {
+    /// The port is open; the device is connecting.
     Opened,
-    /// The driver's word.
+    /// An event of the driver.
     Device(E),
-    /// The port is closed; it will be opened again after the pause.
+    /// The port is closed and will be reopened.
     Lost {
-        /// Why.
         error: DeviceError,
-        /// The pause.
         retry_in: Duration,
     },
 }
 
-/// A running port. Dropping it brings the device to rest and closes the port.
+/// Handle of a port thread. Dropping it stops the device and closes the port.
 #[derive(Debug)]
-pub struct Port<D: Driver> {
+pub(crate) struct Port<D: DeviceDriver> {
     commands: Sender<D::Command>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl<D: Driver> Port<D> {
-    /// Starts the thread. Every event goes through `tell`; it says whether anybody still listens.
+impl<D: DeviceDriver> Port<D> {
+    /// Starts the thread. Each event goes to `send_event` with its time; the thread ends when that returns false.
     ///
     /// # Errors
     /// [`DeviceError::NoThread`].
     pub fn spawn(
-        name: PortName,
+        name: PortConfig,
         clock: Clock,
-        tell: impl FnMut(PortEvent<D::Event>, Duration) -> bool + Send + 'static,
+        send_event: impl FnMut(PortEvent<D::Event>, Duration) -> bool + Send + 'static,
     ) -> Result<Self, DeviceError>
     where
         D: 'static,
@@ -53,16 +53,16 @@ impl<D: Driver> Port<D> {
         let device = name.device;
         let (commands, inbox) = mpsc::channel();
         let stop = Arc::new(AtomicBool::new(false));
-        let runner = Runner::<D, _> {
-            name,
+        let runner = PortRunner::<D, _> {
+            port: name,
             clock,
-            inbox,
+            commands: inbox,
             stop: Arc::clone(&stop),
-            tell,
-            backoff: BACKOFF.0,
+            send_event,
+            backoff: INITIAL_RETRY_PAUSE,
             connected: false,
-            found: false,
-            right: None,
+            baud_found: false,
+            last_good: None,
         };
         let thread = thread::Builder::new()
             .name(format!("patrold-{device}"))
@@ -78,44 +78,44 @@ impl<D: Driver> Port<D> {
         })
     }
 
-    /// Hands a command over; it is taken within [`READ_IDLE`]. While the port is closed commands are dropped.
+    /// Queues a command; it is carried out within [`READ_IDLE`]. Commands to a closed port are dropped.
     pub fn send(&self, command: D::Command) {
-        // The thread ends only with this handle or its listener.
+        // An ended thread takes no commands.
         let _ = self.commands.send(command);
     }
 
-    /// Begins to close: the device goes to rest while others do too. [`Drop`] waits for it.
-    pub fn begin_close(&self) {
+    /// Starts stopping the device; [`Drop`] waits for it. Lets several ports close at the same time.
+    pub fn start_closing(&self) {
         self.stop.store(true, Ordering::Relaxed);
     }
 }
 
-impl<D: Driver> Drop for Port<D> {
+impl<D: DeviceDriver> Drop for Port<D> {
     fn drop(&mut self) {
-        self.begin_close();
+        self.start_closing();
         if let Some(thread) = self.thread.take() {
-            // A panic in there was told on standard error; there is no more to do.
+            // A panic of the thread was printed already.
             let _ = thread.join();
         }
     }
 }
 
-struct Runner<D: Driver, F> {
-    name: PortName,
+struct PortRunner<D: DeviceDriver, F> {
+    port: PortConfig,
     clock: Clock,
-    inbox: Receiver<D::Command>,
+    commands: Receiver<D::Command>,
     stop: Arc<AtomicBool>,
-    tell: F,
+    send_event: F,
     backoff: Duration,
     connected: bool,
-    /// A rate was found once: silence is then no reason to look for another soon.
-    found: bool,
-    /// Where and how the device was found the last time.
-    right: Option<Try>,
+    /// A line rate worked once: silence is no reason to search for another quickly.
+    baud_found: bool,
+    /// The attempt that worked last.
+    last_good: Option<OpenAttempt>,
 }
 
-/// How much an error says of where the device is: silence at a wrong rate says nothing.
-fn telling(error: &DeviceError) -> u8 {
+/// How much an error says about the device; silence may just be a wrong line rate.
+fn specificity(error: &DeviceError) -> u8 {
     match error {
         DeviceError::OtherUnit { .. } => 2,
         DeviceError::Port { .. } => 1,
@@ -123,128 +123,132 @@ fn telling(error: &DeviceError) -> u8 {
     }
 }
 
-/// How serving ended.
-enum End {
-    /// The handle is gone, or nobody listens.
+enum ServeEnd {
+    /// The handle was dropped, or nobody receives events.
     Stopped,
     /// The device or its port failed.
     Failed(DeviceError),
 }
 
-impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
+impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunner<D, F> {
     fn run(mut self) {
         while !self.stopped() {
-            // The line may be another node and another kind after it was plugged in again.
-            let error = match self.name.tries() {
-                Ok(tries) => match self.round(tries) {
+            // After replugging, node and kind of line may be different.
+            let error = match self.port.attempts() {
+                Ok(attempts) => match self.try_attempts(attempts) {
                     Some(error) => error,
                     None => return,
                 },
                 Err(error) => error,
             };
-            let most = if error.is_absence() {
-                ABSENT_RETRY
+            let max_pause = if error.is_absence() {
+                ABSENT_RETRY_PAUSE
             } else {
-                BACKOFF.1
+                MAX_RETRY_PAUSE
             };
-            let retry_in = self.backoff.min(most);
-            if !self.tell(PortEvent::Lost { error, retry_in }) {
+            let retry_in = self.backoff.min(max_pause);
+            if !self.send(PortEvent::Lost { error, retry_in }) {
                 return;
             }
-            self.backoff = (self.backoff * 2).min(BACKOFF.1);
+            self.backoff = (self.backoff * 2).min(MAX_RETRY_PAUSE);
             self.pause(retry_in);
         }
     }
 
-    /// One of `tries` after the other, the one that was right the last time first, until one served a device that is known;
-    /// why it ended, or the most telling reason why none did. `None`: stopped.
-    fn round(&mut self, mut tries: Vec<Try>) -> Option<DeviceError> {
-        let right = tries
+    /// Tries the attempts in order, starting with the last good one, until one has served a connected device. Returns why
+    /// that ended, or the most specific error of all attempts. `None`: stopped.
+    fn try_attempts(&mut self, mut attempts: Vec<OpenAttempt>) -> Option<DeviceError> {
+        let last_good = attempts
             .iter()
-            .position(|this| Some(this) == self.right.as_ref());
-        tries.rotate_left(right.unwrap_or(0));
-        let probing = tries.len() > 1 && !self.found;
-        let mut told: Option<DeviceError> = None;
+            .position(|attempt| Some(attempt) == self.last_good.as_ref());
+        attempts.rotate_left(last_good.unwrap_or(0));
+        let probing = attempts.len() > 1 && !self.baud_found;
+        let mut reported: Option<DeviceError> = None;
         let mut settled = HashSet::new();
-        for this in tries {
-            if settled.contains(&this.node) {
+        for attempt in attempts {
+            if settled.contains(&attempt.node) {
                 continue;
             }
             self.connected = false;
-            let end = match this.open(self.name.device) {
-                Ok(link) => self.serve(link, this.baud, probing),
-                Err(error) => End::Failed(error),
+            let end = match attempt.open(self.port.device) {
+                Ok(link) => self.serve(link, attempt.baud, probing),
+                Err(error) => ServeEnd::Failed(error),
             };
-            let End::Failed(error) = end else { return None };
+            let ServeEnd::Failed(error) = end else {
+                return None;
+            };
             if self.connected {
-                self.right = Some(this);
+                self.last_good = Some(attempt);
                 return Some(error);
             }
-            // A port that cannot be opened, and a unit that was understood, are the same at every rate.
-            if telling(&error) > 0 {
-                settled.insert(this.node);
+            // A port that cannot be opened, or another unit, is the same at every line rate.
+            if specificity(&error) > 0 {
+                settled.insert(attempt.node);
             }
-            if told.as_ref().is_none_or(|t| telling(t) <= telling(&error)) {
-                told = Some(error);
+            if reported
+                .as_ref()
+                .is_none_or(|t| specificity(t) <= specificity(&error))
+            {
+                reported = Some(error);
             }
             if self.stopped() {
                 return None;
             }
         }
-        told
+        reported
     }
 
     fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
-    fn tell(&mut self, event: PortEvent<D::Event>) -> bool {
+    fn send(&mut self, event: PortEvent<D::Event>) -> bool {
         let now = self.clock.now();
-        (self.tell)(event, now)
+        (self.send_event)(event, now)
     }
 
     fn pause(&self, duration: Duration) {
         let until = self.clock.now() + duration;
         while !self.stopped() && self.clock.now() < until {
-            let left = self.clock.wall(until.saturating_sub(self.clock.now()));
+            let left = self.clock.wall_time(until.saturating_sub(self.clock.now()));
             thread::sleep(left.min(READ_IDLE));
         }
     }
 
-    fn serve(&mut self, mut link: Box<dyn Link>, baud: u32, probing: bool) -> End {
-        let mut driver = D::new(&self.name, baud, probing);
-        // What was asked of the port's former life means nothing now.
-        while self.inbox.try_recv().is_ok() {}
+    fn serve(&mut self, mut link: Box<dyn Link>, baud: u32, probing: bool) -> ServeEnd {
+        let mut driver = D::new(&self.port, baud, probing);
+        // Drop commands queued before the port was open.
+        while self.commands.try_recv().is_ok() {}
         driver.connect(self.clock.now());
-        if !self.tell(PortEvent::Opened) {
-            return End::Stopped;
+        if !self.send(PortEvent::Opened) {
+            return ServeEnd::Stopped;
         }
         let mut buffer = [0; 4096];
         loop {
-            if let Err(end) = self.carry_out(&mut driver, &mut *link) {
+            if let Err(end) = self.process_outputs(&mut driver, &mut *link) {
                 return end;
             }
             if self.stopped() {
-                self.lay_to_rest(&mut driver, &mut *link);
-                return End::Stopped;
+                self.stop_device(&mut driver, &mut *link);
+                return ServeEnd::Stopped;
             }
-            match link.read(&mut buffer, self.patience(&driver)) {
+            match link.read(&mut buffer, self.read_timeout(&driver)) {
                 Ok(0) => {}
                 Ok(count) => {
                     let now = self.clock.now();
                     driver.handle_bytes(buffer.get(..count).unwrap_or_default(), now);
                 }
                 Err(error) => {
-                    return End::Failed(DeviceError::Port {
-                        device: self.name.device,
+                    return ServeEnd::Failed(DeviceError::Port {
+                        device: self.port.device,
                         source: error.into(),
                     });
                 }
             }
             driver.handle_deadline(self.clock.now());
-            while let Ok(command) = self.inbox.try_recv() {
-                // Outputs of one input first, then the next input.
-                if let Err(end) = self.carry_out(&mut driver, &mut *link) {
+            while let Ok(command) = self.commands.try_recv() {
+                // The outputs of one input before the next input.
+                if let Err(end) = self.process_outputs(&mut driver, &mut *link) {
                     return end;
                 }
                 driver.command(command, self.clock.now());
@@ -253,40 +257,42 @@ impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
     }
 
     /// How long the next read may block.
-    fn patience(&self, driver: &D) -> Duration {
+    fn read_timeout(&self, driver: &D) -> Duration {
         match driver.deadline() {
             None => READ_IDLE,
             Some(deadline) => {
-                let left = self.clock.wall(deadline.saturating_sub(self.clock.now()));
+                let left = self
+                    .clock
+                    .wall_time(deadline.saturating_sub(self.clock.now()));
                 left.min(READ_BUSY)
             }
         }
     }
 
-    /// Carries out everything the driver wants.
-    fn carry_out(&mut self, driver: &mut D, link: &mut dyn Link) -> Result<(), End> {
+    /// Writes the bytes and reports the events of the driver.
+    fn process_outputs(&mut self, driver: &mut D, link: &mut dyn Link) -> Result<(), ServeEnd> {
         while let Some(output) = driver.poll() {
             match output {
-                Output::Send(bytes) => {
+                DriverOutput::Send(bytes) => {
                     if let Err(error) = link.write_all(&bytes, WRITE_LIMIT) {
-                        return Err(End::Failed(DeviceError::Port {
-                            device: self.name.device,
+                        return Err(ServeEnd::Failed(DeviceError::Port {
+                            device: self.port.device,
                             source: error.into(),
                         }));
                     }
                 }
-                Output::Event(event) => {
-                    if let Some(error) = D::fault(&event, &self.name) {
-                        // Last words first: a driver that gives up still turns its laser off.
+                DriverOutput::Event(event) => {
+                    if let Some(error) = D::fault(&event, &self.port) {
+                        // Write first: a driver that gives up still turns its laser off.
                         flush(driver, link);
-                        return Err(End::Failed(error));
+                        return Err(ServeEnd::Failed(error));
                     }
                     self.connected |= D::is_connected(&event);
-                    self.found |= self.connected;
-                    if D::is_proof_of_life(&event) {
-                        self.backoff = BACKOFF.0;
+                    self.baud_found |= self.connected;
+                    if D::is_sign_of_life(&event) {
+                        self.backoff = INITIAL_RETRY_PAUSE;
                     }
-                    if !self.tell(PortEvent::Device(event)) {
+                    if !self.send(PortEvent::Device(event)) {
                         self.stop.store(true, Ordering::Relaxed);
                     }
                 }
@@ -295,21 +301,21 @@ impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
         Ok(())
     }
 
-    /// Laser off, head halted, as far as the device still listens.
-    fn lay_to_rest(&mut self, driver: &mut D, link: &mut dyn Link) {
+    /// Laser off, head halted, if the device still responds.
+    fn stop_device(&mut self, driver: &mut D, link: &mut dyn Link) {
         let until = Instant::now() + CLOSE_LIMIT;
         let mut buffer = [0; 4096];
-        driver.rest(self.clock.now());
+        driver.stop(self.clock.now());
         loop {
             while let Some(output) = driver.poll() {
                 match output {
-                    Output::Send(bytes) => {
+                    DriverOutput::Send(bytes) => {
                         if link.write_all(&bytes, CLOSE_LIMIT).is_err() {
                             return;
                         }
                     }
-                    Output::Event(event) if D::is_rest(&event) => return,
-                    Output::Event(_) => {}
+                    DriverOutput::Event(event) if D::is_stopped(&event) => return,
+                    DriverOutput::Event(_) => {}
                 }
             }
             if Instant::now() >= until {
@@ -326,10 +332,10 @@ impl<D: Driver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> Runner<D, F> {
     }
 }
 
-/// Writes what the driver still wants sent; nobody waits for answers.
-fn flush<D: Driver>(driver: &mut D, link: &mut dyn Link) {
+/// Writes the remaining bytes of the driver without waiting for replies.
+fn flush<D: DeviceDriver>(driver: &mut D, link: &mut dyn Link) {
     while let Some(output) = driver.poll() {
-        if let Output::Send(bytes) = output {
+        if let DriverOutput::Send(bytes) = output {
             let _ = link.write_all(&bytes, WRITE_LIMIT);
         }
     }
@@ -337,11 +343,11 @@ fn flush<D: Driver>(driver: &mut D, link: &mut dyn Link) {
 
 #[cfg(test)]
 mod tests {
-    use super::{BACKOFF, PortEvent, Runner};
+    use super::{INITIAL_RETRY_PAUSE, PortEvent, PortRunner};
     use crate::devices::error::{Device, DeviceError, PortError};
     use crate::devices::laser::LaserDriver;
-    use crate::devices::lockstep::bench::ROOM;
-    use crate::devices::port_name::{PortName, Try};
+    use crate::devices::lockstep::rig::ROOM;
+    use crate::devices::port_config::{OpenAttempt, PortConfig};
     use link::Clock;
     use patrold_sim::emulator::{Emulation, EmulationOptions};
     use patrold_sim::emulator::{Emulator, EmulatorPorts};
@@ -359,11 +365,14 @@ mod tests {
         Emulator::start(emulation, &EmulatorPorts::default(), clock.clone()).expect("terminals")
     }
 
-    /// How a round of these tries ends; how often a port was opened, and whom it found.
-    fn round(tries: &[(&str, u32)], clock: &Clock) -> (Option<DeviceError>, usize, Option<String>) {
+    /// How a round of attempts ends, how many ports were opened, and the serial number found.
+    fn round(
+        attempts: &[(&str, u32)],
+        clock: &Clock,
+    ) -> (Option<DeviceError>, usize, Option<String>) {
         let (mut opened, mut found) = (0, None);
-        let tell = |event, _| match event {
-            PortEvent::Device(scip::Event::Connected(identity)) => {
+        let send_event = |event, _| match event {
+            PortEvent::Device(scip::LaserEvent::Connected(identity)) => {
                 found = Some(identity.serial);
                 false
             }
@@ -373,32 +382,32 @@ mod tests {
             }
             _ => true,
         };
-        let mut runner = Runner::<LaserDriver, _> {
-            name: PortName {
+        let mut runner = PortRunner::<LaserDriver, _> {
+            port: PortConfig {
                 device: Device::Laser,
                 name: "usb:15d1:0000".to_owned(),
                 baud: 115_200,
                 unit: Some("H0706400".to_owned()),
             },
             clock: clock.clone(),
-            inbox: mpsc::channel().1,
+            commands: mpsc::channel().1,
             stop: Arc::new(AtomicBool::new(false)),
-            tell,
-            backoff: BACKOFF.0,
+            send_event,
+            backoff: INITIAL_RETRY_PAUSE,
             connected: false,
-            found: false,
-            right: None,
+            baud_found: false,
+            last_good: None,
         };
-        let tries = tries.iter().map(|(node, baud)| Try {
+        let attempts = attempts.iter().map(|(node, baud)| OpenAttempt {
             node: (*node).to_owned(),
             baud: *baud,
         });
-        let ended = runner.round(tries.collect());
+        let ended = runner.try_attempts(attempts.collect());
         (ended, opened, found)
     }
 
     #[test]
-    fn a_round_passes_over_what_cannot_be_opened_and_who_is_not_the_one() {
+    fn absent_ports_and_other_units_are_skipped() {
         let clock = Clock::scaled(20.0);
         let (other, right) = (laser("H0900001", &clock), laser("H0706400", &clock));
         let others = [

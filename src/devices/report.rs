@@ -1,27 +1,27 @@
-//! Who the devices are and how they are, as people and programs read it.
+//! Identity and health of both devices, for `patrold devices` and the status.
 
 use ptu::{AxisIdentity, HeadIdentity, Health};
-use scip::Identity;
+use scip::LaserIdentity;
 use serde::Serialize;
 
-/// The laser, from its own words.
+/// The laser, as it reports itself.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LaserReport {
     /// Port it answers on.
     pub port: String,
     /// Model.
     pub model: String,
-    /// Maker.
+    /// Manufacturer.
     pub vendor: String,
     /// Product line.
     pub product: String,
     /// Serial number.
     pub serial: String,
-    /// Firmware.
+    /// Firmware version.
     pub firmware: String,
-    /// Protocol.
+    /// Protocol version.
     pub protocol: String,
-    /// Least and greatest distance, millimetres.
+    /// Smallest and largest distance, millimetres.
     pub range_mm: [u32; 2],
     /// First and last azimuth it measures, degrees, left positive.
     pub azimuth_deg: [f64; 2],
@@ -29,13 +29,13 @@ pub struct LaserReport {
     pub beams: u32,
     /// Scans per second, nominal.
     pub scans_per_s: f64,
-    /// Its own judgement of itself.
+    /// Self-diagnosis.
     pub status: String,
 }
 
 impl LaserReport {
-    /// From what it said at connecting.
-    pub fn new(port: &str, identity: &Identity) -> Self {
+    /// From the identity read at connecting.
+    pub fn new(port: &str, identity: &LaserIdentity) -> Self {
         let p = &identity.parameters;
         let degrees = |step: u32| p.angle_rad(f64::from(step)).to_degrees();
         Self {
@@ -58,15 +58,15 @@ impl LaserReport {
 /// One axis of the head.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AxisReport {
-    /// Least and greatest position, counts.
+    /// Smallest and largest position, counts.
     pub limits_steps: [i32; 2],
-    /// The same in degrees, by count, without sign and zero of the configuration.
+    /// The same in degrees, without sign and zero of the configuration.
     pub limits_deg: [f64; 2],
     /// One count, degrees.
     pub step_deg: f64,
-    /// Least and greatest speed, degrees per second.
+    /// Smallest and largest speed, degrees per second.
     pub speed_deg_s: [f64; 2],
-    /// Speed up to which it needs no ramp, degrees per second.
+    /// Speed up to which no ramp is needed, degrees per second.
     pub base_speed_deg_s: f64,
 }
 
@@ -87,7 +87,7 @@ impl AxisReport {
     }
 }
 
-/// The head, from its own words.
+/// The head, as it reports itself.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeadReport {
     /// Port it answers on.
@@ -98,16 +98,16 @@ pub struct HeadReport {
     pub pan: AxisReport,
     /// Tilt.
     pub tilt: AxisReport,
-    /// Supply, volts, if it tells.
+    /// Supply, volts; `None`: the unit does not report it.
     pub supply_v: Option<f64>,
     /// Temperatures, degrees Celsius: controller, on later models pan and tilt.
     pub temperatures_c: Vec<f64>,
-    /// Whether its counts stand for angles.
+    /// Whether its counts correspond to angles.
     pub position_trusted: bool,
 }
 
 impl HeadReport {
-    /// From what it said at connecting, and its health now.
+    /// From the identity read at connecting, and its health now.
     pub fn new(
         port: &str,
         identity: &HeadIdentity,
@@ -127,7 +127,7 @@ impl HeadReport {
     }
 }
 
-/// Both.
+/// Both devices.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DevicesReport {
     /// The laser.

@@ -1,24 +1,25 @@
-//! Both devices as one object with blocking calls, for the service and the command line.
+//! Laser and head as one object with blocking calls.
 
 mod home;
 mod park;
+mod start_pose;
 mod travel;
 mod watch;
 
-use self::travel::Stance;
+use self::start_pose::StartPose;
 use super::cancel::Cancel;
 use super::constants::{BITS_PER_BYTE, CONNECT_LIMIT, HEALTH_LIMIT, OPEN_LIMIT};
+use super::device_links::{DeviceLinks, PortMessage, PortThreads};
+use super::device_state::{DeviceNote, DeviceState};
 use super::error::{Device, DeviceError};
 use super::head::{HeadCommand, HeadEvent};
 use super::head_memory::HeadMemory;
-use super::known::{DeviceNote, Known};
 use super::plan::{HeadFacts, LaserFacts, SweepPlan, SweepRequest};
 use super::port::PortEvent;
-use super::port_name::{Line, PortName, ports};
+use super::port_config::{LineKind, PortConfig, configured_ports};
 use super::report::{DevicesReport, HeadReport, LaserReport};
-use super::sweep_run::{PortNames, RunAction, SweepRun};
-use super::wires::{PortThreads, Told, Wires};
-use crate::config::{PtuSettings, Settings};
+use super::sweep_run::{PortNames, SweepAction, SweepRun};
+use crate::config::{PtuConfig, Settings};
 use link::Clock;
 use patrold_engine::sweep::RawSweep;
 use std::sync::mpsc::Sender;
@@ -27,79 +28,79 @@ use std::time::Duration;
 /// Laser and head, connected. Dropping it turns the laser off, halts the head and closes both ports within a second.
 #[derive(Debug)]
 pub struct Station {
-    wires: Box<dyn Wires>,
-    known: Known,
-    laser_port: PortName,
-    head_port: PortName,
-    ptu: PtuSettings,
-    /// Where the last sweep that succeeded began.
-    begun_at: Option<Stance>,
+    links: Box<dyn DeviceLinks>,
+    state: DeviceState,
+    laser_port: PortConfig,
+    head_port: PortConfig,
+    ptu: PtuConfig,
+    /// Start of the last successful sweep.
+    last_start: Option<StartPose>,
 }
 
 impl Station {
-    /// Opens both ports and waits until both devices are known; the head may be found calibrating, which is waited for.
-    /// It does not home: see [`position_trusted`](Self::position_trusted).
+    /// Opens both ports and waits until both devices are connected, also for a head that is calibrating. Does not home: see
+    /// [`position_trusted`](Self::position_trusted).
     ///
     /// # Errors
-    /// The first device that cannot be had, with what to do; [`DeviceError::Cancelled`] soon after `cancel` was set.
+    /// The first device that failed; [`DeviceError::Cancelled`].
     pub fn open(
         settings: &Settings,
         clock: Clock,
         notes: Sender<DeviceNote>,
         cancel: &Cancel,
     ) -> Result<Self, DeviceError> {
-        Self::open_again(settings, clock, notes, &HeadMemory::default(), cancel)
+        Self::open_with_memory(settings, clock, notes, &HeadMemory::default(), cancel)
     }
 
-    /// As [`open`](Self::open), with what former stations left in `memory`: a doubt of theirs stays one, and only the
-    /// first station that opened takes the head as it is found.
+    /// As [`open`](Self::open), with the `memory` of former stations: distrust stays, and only the first opened station may
+    /// trust the position as found.
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn open_again(
+    pub fn open_with_memory(
         settings: &Settings,
         clock: Clock,
         notes: Sender<DeviceNote>,
         memory: &HeadMemory,
         cancel: &Cancel,
     ) -> Result<Self, DeviceError> {
-        let (laser, head) = ports(settings);
-        let wires = Box::new(PortThreads::spawn(laser, head, clock)?);
-        Self::open_over(wires, settings, notes, memory, cancel)
+        let (laser, head) = configured_ports(settings);
+        let links = Box::new(PortThreads::spawn(laser, head, clock)?);
+        Self::open_with_links(links, settings, notes, memory, cancel)
     }
 
-    /// As [`open_again`](Self::open_again), over wires that are there already.
+    /// As [`open_with_memory`](Self::open_with_memory), over existing links.
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub(crate) fn open_over(
-        wires: Box<dyn Wires>,
+    pub(crate) fn open_with_links(
+        links: Box<dyn DeviceLinks>,
         settings: &Settings,
         notes: Sender<DeviceNote>,
         memory: &HeadMemory,
         cancel: &Cancel,
     ) -> Result<Self, DeviceError> {
-        let mut station = Self::begin(wires, settings, notes, memory);
+        let mut station = Self::with_links(links, settings, notes, memory);
         station.wait_for_both(false, cancel)?;
-        if let Some(error) = station.known.failure() {
+        if let Some(error) = station.state.failure() {
             return Err(error);
         }
-        match station.known.failures() {
+        match station.state.failures() {
             (Some(error), _) | (None, Some(error)) => Err(error),
             (None, None) => {
-                memory.opened();
+                memory.set_opened();
                 Ok(station)
             }
         }
     }
 
-    /// Who answers on the two ports, each by itself: one device's failure does not hide the other.
+    /// The device on each port, or its error: the failure of one does not hide the other.
     ///
     /// # Errors
-    /// Only [`DeviceError::NoThread`] and [`DeviceError::Cancelled`]; what is wrong with a device stands in its place.
+    /// [`DeviceError::NoThread`] and [`DeviceError::Cancelled`] only.
     #[allow(
         clippy::type_complexity,
-        reason = "two answers, each with its own way to fail"
+        reason = "two results, each with its own error"
     )]
     pub fn survey(
         settings: &Settings,
@@ -113,25 +114,25 @@ impl Station {
         ),
         DeviceError,
     > {
-        let (laser, head) = ports(settings);
-        let wires = Box::new(PortThreads::spawn(laser, head, clock)?);
-        let mut station = Self::begin(wires, settings, notes, &HeadMemory::default());
+        let (laser, head) = configured_ports(settings);
+        let links = Box::new(PortThreads::spawn(laser, head, clock)?);
+        let mut station = Self::with_links(links, settings, notes, &HeadMemory::default());
         station.wait_for_both(true, cancel)?;
-        let (laser, head) = station.known.failures();
+        let (laser, head) = station.state.failures();
         Ok((
             laser.map_or_else(|| station.laser_report(), Err),
             head.map_or_else(|| station.head_report(cancel), Err),
         ))
     }
 
-    fn begin(
-        wires: Box<dyn Wires>,
+    fn with_links(
+        links: Box<dyn DeviceLinks>,
         settings: &Settings,
         notes: Sender<DeviceNote>,
         memory: &HeadMemory,
     ) -> Self {
-        let (laser_port, head_port) = ports(settings);
-        let known = Known::new(
+        let (laser_port, head_port) = configured_ports(settings);
+        let state = DeviceState::new(
             &laser_port,
             &head_port,
             settings.ptu.home_at_start,
@@ -139,59 +140,59 @@ impl Station {
             notes,
         );
         Self {
-            wires,
-            known,
+            links,
+            state,
             laser_port,
             head_port,
             ptu: settings.ptu.clone(),
-            begun_at: None,
+            last_start: None,
         }
     }
 
-    /// Until both are known or one (`each`: both) failed.
+    /// Until both are connected or one has failed; with `each`, until each is connected or has failed.
     fn wait_for_both(&mut self, each: bool, cancel: &Cancel) -> Result<(), DeviceError> {
-        let until = self.wires.now() + OPEN_LIMIT;
-        while self.wires.now() < until {
+        let until = self.links.now() + OPEN_LIMIT;
+        while self.links.now() < until {
             if cancel.is_cancelled() {
                 return Err(DeviceError::Cancelled);
             }
-            let (laser, head) = self.known.settled();
-            let failed = self.known.has_failed();
+            let (laser, head) = self.state.settled();
+            let failed = self.state.has_failed();
             if (laser && head) || (failed && !each) {
                 return Ok(());
             }
-            self.next(until);
+            self.next_message(until);
         }
         Ok(())
     }
 
-    /// The next event, taken note of; `None` if none came within the time between two looks at a cancelled flag.
-    fn next(&mut self, until: Duration) -> Option<Told> {
-        let told = self.wires.next(until)?;
-        self.known.note(&told);
-        Some(told)
+    /// Waits for the next message and updates the state; `None`: nothing arrived within the interval of cancellation checks.
+    fn next_message(&mut self, until: Duration) -> Option<PortMessage> {
+        let message = self.links.recv(until)?;
+        self.state.handle_message(&message);
+        Some(message)
     }
 
-    /// Takes note of what came while nobody asked.
-    fn catch_up(&mut self) {
-        while let Some(told) = self.wires.heard() {
-            self.known.note(&told);
+    /// Processes the messages that have arrived.
+    fn process_pending(&mut self) {
+        while let Some(message) = self.links.try_recv() {
+            self.state.handle_message(&message);
         }
     }
 
-    /// Whether the head's counts stand for angles: after a calibration seen to end, or from the beginning where the
-    /// configuration says not to home; never after a limit was hit, the unit restarted or its port was lost.
+    /// Whether the head's counts correspond to angles: after a successful calibration, or from the start if the
+    /// configuration says not to home; not after a limit was hit, the unit restarted or its port was lost.
     pub fn position_trusted(&mut self) -> bool {
-        self.catch_up();
-        self.known.trusted()
+        self.process_pending();
+        self.state.is_position_trusted()
     }
 
-    /// Who both devices are and how they are. Asks the head for supply and temperature.
+    /// Identity and health of both devices. Reads supply voltage and temperatures of the head.
     ///
     /// # Errors
-    /// A device that is not connected, or does not answer; [`DeviceError::Cancelled`] soon after `cancel` was set.
+    /// A device is not connected; [`DeviceError::Cancelled`].
     pub fn describe(&mut self, cancel: &Cancel) -> Result<DevicesReport, DeviceError> {
-        self.be_connected(cancel)?;
+        self.wait_connected(cancel)?;
         Ok(DevicesReport {
             laser: self.laser_report()?,
             ptu: self.head_report(cancel)?,
@@ -199,32 +200,34 @@ impl Station {
     }
 
     fn laser_report(&mut self) -> Result<LaserReport, DeviceError> {
-        let identity = self.known.laser()?;
+        let identity = self.state.laser()?;
         Ok(LaserReport::new(&self.laser_port.name, identity))
     }
 
     fn head_report(&mut self, cancel: &Cancel) -> Result<HeadReport, DeviceError> {
-        self.wires.head(HeadCommand::QueryHealth);
-        let until = self.wires.now() + HEALTH_LIMIT;
+        self.links.send_head(HeadCommand::QueryHealth);
+        let until = self.links.now() + HEALTH_LIMIT;
         let mut health = None;
-        while self.wires.now() < until {
+        while self.links.now() < until {
             if cancel.is_cancelled() {
                 return Err(DeviceError::Cancelled);
             }
-            match self.next(until) {
-                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Health(got))))) => {
+            match self.next_message(until) {
+                Some(PortMessage::Head(PortEvent::Device(HeadEvent::Ptu(
+                    ptu::PtuEvent::Health(got),
+                )))) => {
                     health = Some(got);
                     break;
                 }
-                // A unit that does not tell.
-                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Refused {
-                    ..
-                })))) => break,
+                // The unit does not report its health.
+                Some(PortMessage::Head(PortEvent::Device(HeadEvent::Ptu(
+                    ptu::PtuEvent::Refused { .. },
+                )))) => break,
                 _ => {}
             }
         }
-        let trusted = self.known.trusted();
-        let identity = self.known.head()?;
+        let trusted = self.state.is_position_trusted();
+        let identity = self.state.head()?;
         Ok(HeadReport::new(
             &self.head_port.name,
             identity,
@@ -233,86 +236,90 @@ impl Station {
         ))
     }
 
-    /// One sweep. Whatever ends it, the laser is off and the head stands when this returns.
+    /// Takes one sweep. The laser is off and the head has stopped when this returns, also after an error.
     ///
     /// # Errors
-    /// Why there is none; [`DeviceError::Cancelled`] soon after `cancel` was set.
+    /// A device is not connected or failed, the position is not trusted, or angles are out of reach;
+    /// [`DeviceError::Cancelled`].
     pub fn sweep(
         &mut self,
         request: &SweepRequest,
         cancel: &Cancel,
     ) -> Result<RawSweep, DeviceError> {
-        self.be_connected(cancel)?;
+        self.wait_connected(cancel)?;
         self.check_trust()?;
         let plan = self.plan(request)?;
         for text in &plan.notes {
-            self.known.warn(Device::Head, text.clone());
+            self.state.warn(Device::Head, text.clone());
         }
         let names = PortNames {
             laser: self.laser_port.name.clone(),
             head: self.head_port.name.clone(),
         };
-        let begins_at = Stance::before(&plan);
-        let mut run = SweepRun::new(plan, names, self.wires.now());
+        let start = StartPose::of_sweep(&plan);
+        let mut run = SweepRun::new(plan, names, self.links.now());
         loop {
-            self.carry_out(&mut run);
+            self.process_actions(&mut run);
             if let Some(outcome) = run.take_outcome() {
                 if matches!(outcome, Err(DeviceError::Stalled { .. })) {
-                    self.known.distrusted("an axis stalled");
+                    self.state.distrust_position("an axis stalled");
                 }
-                self.begun_at = begins_at.filter(|_| outcome.is_ok());
+                self.last_start = start.filter(|_| outcome.is_ok());
                 return outcome;
             }
             if cancel.is_cancelled() {
-                run.cancel(self.wires.now());
-                self.carry_out(&mut run);
+                run.cancel(self.links.now());
+                self.process_actions(&mut run);
             }
-            let told = self.next(run.deadline());
-            let now = self.wires.now();
-            match told {
-                Some(Told::Laser(PortEvent::Device(event))) => run.on_laser(event, now),
-                Some(Told::Head(PortEvent::Device(event))) => run.on_head(event, now),
-                Some(Told::Laser(PortEvent::Lost { error, .. })) => {
+            let message = self.next_message(run.deadline());
+            let now = self.links.now();
+            match message {
+                Some(PortMessage::Laser(PortEvent::Device(event))) => run.on_laser(event, now),
+                Some(PortMessage::Head(PortEvent::Device(event))) => run.on_head(event, now),
+                Some(PortMessage::Laser(PortEvent::Lost { error, .. })) => {
                     run.on_lost(Device::Laser, error, now);
                 }
-                Some(Told::Head(PortEvent::Lost { error, .. })) => {
+                Some(PortMessage::Head(PortEvent::Lost { error, .. })) => {
                     run.on_lost(Device::Head, error, now);
                 }
-                Some(Told::Laser(PortEvent::Opened) | Told::Head(PortEvent::Opened)) | None => {}
+                Some(
+                    PortMessage::Laser(PortEvent::Opened) | PortMessage::Head(PortEvent::Opened),
+                )
+                | None => {}
             }
             run.on_time(now);
         }
     }
 
     fn check_trust(&self) -> Result<(), DeviceError> {
-        if self.known.trusted() {
+        if self.state.is_position_trusted() {
             return Ok(());
         }
         Err(DeviceError::PositionLost {
             port: self.head_port.name.clone(),
-            detail: self.known.distrust().to_owned(),
+            detail: self.state.distrust_reason().to_owned(),
         })
     }
 
-    fn carry_out(&mut self, run: &mut SweepRun) {
+    fn process_actions(&mut self, run: &mut SweepRun) {
         while let Some(action) = run.poll_action() {
             match action {
-                RunAction::Laser(command) => self.wires.laser(command),
-                RunAction::Head(command) => self.wires.head(command),
-                RunAction::Note(device, text) => self.known.warn(device, text),
+                SweepAction::Laser(command) => self.links.send_laser(command),
+                SweepAction::Head(command) => self.links.send_head(command),
+                SweepAction::Note(device, text) => self.state.warn(device, text),
             }
         }
     }
 
     fn plan(&mut self, request: &SweepRequest) -> Result<SweepPlan, DeviceError> {
-        let parameters = self.known.laser()?.parameters;
-        // On RS-232 the rate in use may be another one of the search; the configured one is what people meant.
-        let paced = self.laser_port.line() == Line::Rs232;
-        let line_bytes_s = paced.then_some(self.laser_port.baud / BITS_PER_BYTE);
+        let parameters = self.state.laser()?.parameters;
+        // The line rate found by the search may differ; plan for the configured one.
+        let has_rate = self.laser_port.line_kind() == LineKind::Rs232;
+        let line_bytes_s = has_rate.then_some(self.laser_port.baud / BITS_PER_BYTE);
         SweepPlan::new(
             request,
             &HeadFacts {
-                identity: self.known.head()?,
+                identity: self.state.head()?,
                 settings: &self.ptu,
                 port: &self.head_port.name,
             },
@@ -323,30 +330,30 @@ impl Station {
         )
     }
 
-    /// Both connected, if need be after a wait.
-    fn be_connected(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
-        self.catch_up();
-        let until = self.wires.now() + CONNECT_LIMIT;
+    /// Waits until both devices are connected.
+    fn wait_connected(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
+        self.process_pending();
+        let until = self.links.now() + CONNECT_LIMIT;
         loop {
             if cancel.is_cancelled() {
                 return Err(DeviceError::Cancelled);
             }
-            if self.known.laser().is_ok() && self.known.head().is_ok() {
+            if self.state.laser().is_ok() && self.state.head().is_ok() {
                 return Ok(());
             }
-            if self.wires.now() >= until {
-                self.known.laser()?;
-                self.known.head()?;
+            if self.links.now() >= until {
+                self.state.laser()?;
+                self.state.head()?;
                 return Ok(());
             }
-            self.next(until);
+            self.next_message(until);
         }
     }
 }
 
 impl Drop for Station {
     fn drop(&mut self) {
-        // What nobody asked about is remembered all the same.
-        self.catch_up();
+        // Record distrust in the head memory.
+        self.process_pending();
     }
 }

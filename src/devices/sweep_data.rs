@@ -1,32 +1,32 @@
-//! What a leg gathers while it runs, and what becomes of it.
+//! The data of a pan segment while it is recorded, and the timing of its scans.
 
 use super::constants::{
-    DATING_SCANS, FIRST_BYTE_TURN, RATE_SCANS, TIMER_SCANS, TIMER_STEP_PERIODS,
+    FIRST_BYTE_TURNS, RATE_MIN_SCANS, RATE_PAIR_DIVISOR, START_TIME_SCANS, TIMER_SCANS,
+    TIMER_STEP_PERIODS,
 };
 use super::plan::{SweepPlan, TiltPlan};
-use patrold_engine::sweep::{Leg, Motion, Poll, RawScan, TimeSample};
+use patrold_engine::sweep::{HeadMotion, PanSegment, PositionPoll, StampedScan, TimeSample};
 use scip::stamp_advance_ms;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Unwraps the laser's 24-bit stamps to one count that goes on for ever. A step of less than half a turn of the timer
-/// back is one: the timer was read before an older scan arrived.
+/// Unwraps the laser's 24-bit stamps. A step back by less than half the timer's range stays a step back: a timer reading may
+/// arrive before an older scan.
 #[derive(Debug, Clone, Default)]
-pub struct StampUnwrapper {
+pub(crate) struct StampUnwrapper {
     last: Option<(u32, u64)>,
 }
 
-/// Half a turn of the timer, ms.
-const HALF_TURN_MS: u32 = scip::STAMP_MODULUS_MS / 2;
+/// Half the range of the timer, ms.
+const HALF_RANGE_MS: u32 = scip::STAMP_MODULUS_MS / 2;
 
 impl StampUnwrapper {
-    /// The stamp on the endless count; the first one stands as it is, one turn up.
+    /// Milliseconds without wrap. One timer range is added so that a step back from the first stamp stays positive.
     pub fn unwrap(&mut self, stamp_ms: u32) -> u64 {
         let count = match self.last {
-            // A turn up, so that a step back from the first has room.
             None => u64::from(stamp_ms) + u64::from(scip::STAMP_MODULUS_MS),
             Some((last_ms, count)) => match stamp_advance_ms(last_ms, stamp_ms) {
-                ahead if ahead < HALF_TURN_MS => count + u64::from(ahead),
+                ahead if ahead < HALF_RANGE_MS => count + u64::from(ahead),
                 ahead => count.saturating_sub(u64::from(scip::STAMP_MODULUS_MS - ahead)),
             },
         };
@@ -35,107 +35,109 @@ impl StampUnwrapper {
     }
 }
 
-/// When scans really began, whatever the line did to their arrival: the least lag of host against timer among the
-/// recent arrivals and the exchange of time before them, on top of the stamp.
+/// Host time at which scans started, independent of delays on the line: the stamp plus the smallest lag of host against
+/// timer among recent arrivals and the time exchange before them.
 #[derive(Debug, Clone, Default)]
-pub struct ScanDating {
+pub(crate) struct ScanTimeEstimator {
     lags_s: VecDeque<f64>,
 }
 
-impl ScanDating {
-    /// Takes the exchange of time at the beginning of a leg.
-    pub fn begin(&mut self, time_samples: &[TimeSample]) {
+impl ScanTimeEstimator {
+    /// Starts over with the time exchange at the start of a segment.
+    pub fn restart(&mut self, time_samples: &[TimeSample]) {
         self.lags_s.clear();
-        self.lags_s.extend(quickest_lag_s(time_samples.iter()));
+        self.lags_s.extend(min_delay_lag_s(time_samples.iter()));
     }
 
-    /// The host's time at which this scan passed step 0, seconds, never too late by more than the quickest arrival.
-    pub fn begun_s(&mut self, scan: &RawScan, period_s: f64) -> f64 {
+    /// Host time at which the scan passed step 0, seconds; too late at most by the delay of the fastest arrival.
+    pub fn start_time_s(&mut self, scan: &StampedScan, period_s: f64) -> f64 {
         let stamp_s = scan.stamp_ms as f64 * 1e-3;
-        if self.lags_s.len() >= DATING_SCANS {
+        if self.lags_s.len() >= START_TIME_SCANS {
             self.lags_s.pop_front();
         }
         self.lags_s
-            .push_back(scan.arrived_s - FIRST_BYTE_TURN * period_s - stamp_s);
+            .push_back(scan.arrived_s - FIRST_BYTE_TURNS * period_s - stamp_s);
         stamp_s + self.lags_s.iter().copied().fold(f64::INFINITY, f64::min)
     }
 }
 
-/// Host less timer in the quickest of these exchanges, seconds.
-fn quickest_lag_s<'a>(samples: impl Iterator<Item = &'a TimeSample>) -> Option<f64> {
+/// Host time minus timer in the fastest exchange, seconds.
+fn min_delay_lag_s<'a>(samples: impl Iterator<Item = &'a TimeSample>) -> Option<f64> {
     samples
         .min_by(|a, b| (a.received_s - a.sent_s).total_cmp(&(b.received_s - b.sent_s)))
         .map(|s| (s.sent_s + s.received_s) / 2.0 - s.stamp_ms as f64 * 1e-3)
 }
 
-/// One leg under way.
+/// A pan segment being recorded.
 #[derive(Debug, Clone, Default)]
-pub struct LegDraft {
-    /// Scans so far.
-    pub scans: Vec<RawScan>,
-    /// Where the head stood in each, for step-and-stare.
+pub(crate) struct PanSegmentDraft {
+    pub scans: Vec<StampedScan>,
+    /// Tilt of each scan in step-and-stare, counts.
     pub tilt_steps: Vec<i32>,
-    /// Polls so far.
-    pub polls: Vec<Poll>,
-    /// Exchanges of time so far.
+    pub polls: Vec<PositionPoll>,
     pub time_samples: Vec<TimeSample>,
 }
 
-impl LegDraft {
-    /// Whether the laser's timer stepped against the host's clock while its stamps were in use. The driver sees every
-    /// step but one by whole periods, which looks like lost or repeated scans. A late host only ever raises the lag of an
-    /// arrival, and never that of all scans before or after, so the least lags on either side of any scan must agree;
-    /// and so must the lag of the arrivals against the exchanges of time at both ends.
+impl PanSegmentDraft {
+    /// Whether the laser's timer stepped against the host clock during the segment. The driver detects all steps but those
+    /// by whole scan periods, which look like lost or repeated scans. A late host raises the lag of single arrivals, never
+    /// of all scans before or after, so the smallest lags on both sides of any scan must agree; so must the lags of the
+    /// arrivals and of the time exchanges at both ends.
     pub fn timer_stepped(&self, plan: &SweepPlan) -> bool {
         if matches!(plan.tilt, TiltPlan::Steps(_)) {
             return false;
         }
-        self.stepped(TIMER_STEP_PERIODS * plan.line_period.as_secs_f64())
+        self.has_step(TIMER_STEP_PERIODS * plan.line_period.as_secs_f64())
     }
 
-    /// Whether lags differ by more than `allowed_s` after the difference of the two clocks' rates is taken out: at 0.2 %
-    /// that alone is a scan period in less than a minute.
-    fn stepped(&self, allowed_s: f64) -> bool {
+    /// Whether lags differ by more than `allowed_s` after the rate difference of the two clocks is removed; 0.2 % alone is a
+    /// scan period in less than a minute.
+    fn has_step(&self, allowed_s: f64) -> bool {
         let rate = self.lag_rate();
         let begin_s = self.scans.first().map_or(0.0, |s| s.arrived_s);
-        let lag_s = |s: &RawScan| raw_lag_s(s) - rate * (s.arrived_s - begin_s);
-        let least = |scans: &[RawScan]| scans.iter().map(lag_s).fold(f64::INFINITY, f64::min);
+        let lag_s = |s: &StampedScan| arrival_lag_s(s) - rate * (s.arrived_s - begin_s);
+        let min_lag_s =
+            |scans: &[StampedScan]| scans.iter().map(lag_s).fold(f64::INFINITY, f64::min);
         let last = self.scans.len().saturating_sub(TIMER_SCANS);
-        let stepped = (TIMER_SCANS..=last).any(|at| {
+        let has_step = (TIMER_SCANS..=last).any(|at| {
             let (before, after) = self.scans.split_at(at);
-            (least(before) - least(after)).abs() > allowed_s
+            (min_lag_s(before) - min_lag_s(after)).abs() > allowed_s
         });
         let begin = self.scans.get(..TIMER_SCANS).unwrap_or(&self.scans);
         let end = self.scans.get(last..).unwrap_or(&self.scans);
-        // Each end against its own exchange, seconds away: no rate matters.
-        let least = |scans: &[RawScan]| scans.iter().map(raw_lag_s).fold(f64::INFINITY, f64::min);
-        let drift_s =
-            (least(end) - self.exchange_lag_s(true)) - (least(begin) - self.exchange_lag_s(false));
-        // Without scans or exchanges there is no number, and others will say so.
-        stepped || drift_s.abs() > allowed_s
+        // Each end against its own exchange, seconds away: the rate difference does not matter.
+        let min_lag_s = |scans: &[StampedScan]| {
+            scans
+                .iter()
+                .map(arrival_lag_s)
+                .fold(f64::INFINITY, f64::min)
+        };
+        let drift_s = (min_lag_s(end) - self.exchange_lag_s(true))
+            - (min_lag_s(begin) - self.exchange_lag_s(false));
+        // NaN, hence no step, without scans or exchanges.
+        has_step || drift_s.abs() > allowed_s
     }
 
-    /// Host less timer in the quickest exchange of time before the scans, or after them; no number without any.
+    /// Host time minus timer in the fastest time exchange before the scans, or after them, seconds; NaN without any.
     fn exchange_lag_s(&self, after: bool) -> f64 {
         let begin_s = self.scans.first().map_or(f64::INFINITY, |s| s.arrived_s);
         let samples = self.time_samples.iter();
-        quickest_lag_s(samples.filter(|s| (s.sent_s > begin_s) == after)).unwrap_or(f64::NAN)
+        min_delay_lag_s(samples.filter(|s| (s.sent_s > begin_s) == after)).unwrap_or(f64::NAN)
     }
 
-    /// Growth of the lag per second: the median over pairs of scans, which one step and a few late arrivals do not move.
+    /// Growth of the lag per second: median over pairs of scans, robust against one step and a few late arrivals.
     fn lag_rate(&self) -> f64 {
-        let (least, part) = RATE_SCANS;
-        if self.scans.len() < least {
+        if self.scans.len() < RATE_MIN_SCANS {
             return 0.0;
         }
-        let later = self.scans.iter().skip(self.scans.len() / part);
+        let later = self.scans.iter().skip(self.scans.len() / RATE_PAIR_DIVISOR);
         let mut rates: Vec<f64> = self
             .scans
             .iter()
             .zip(later)
             .map(|(a, b)| {
                 let timer_s = (b.stamp_ms as f64 - a.stamp_ms as f64) * 1e-3;
-                (raw_lag_s(b) - raw_lag_s(a)) / timer_s
+                (arrival_lag_s(b) - arrival_lag_s(a)) / timer_s
             })
             .filter(|rate| rate.is_finite())
             .collect();
@@ -144,11 +146,11 @@ impl LegDraft {
         rates.get(middle).copied().unwrap_or(0.0)
     }
 
-    /// The leg at `pan_rad`.
-    pub fn finish(self, plan: &SweepPlan, pan_rad: f64) -> Leg {
+    /// The finished segment at `pan_rad`; without the polls on the speed ramps.
+    pub fn finish(self, plan: &SweepPlan, pan_rad: f64) -> PanSegment {
         let (motion, polls) = match &plan.tilt {
             TiltPlan::Steps(_) => (
-                Motion::Standing {
+                HeadMotion::StepAndStare {
                     tilt_steps: self.tilt_steps,
                 },
                 Vec::new(),
@@ -159,20 +161,20 @@ impl LegDraft {
                 speed_steps_s,
                 ramp_steps,
             } => {
-                let way = (end_steps - start_steps).signum();
+                let direction = (end_steps - start_steps).signum();
                 let polls = self
                     .polls
                     .into_iter()
                     .filter(|p| {
-                        off_ramps(p.tilt_steps, *start_steps, *ramp_steps)
-                            && off_ramps(p.tilt_steps, *end_steps, *ramp_steps)
+                        is_off_ramp(p.tilt_steps, *start_steps, *ramp_steps)
+                            && is_off_ramp(p.tilt_steps, *end_steps, *ramp_steps)
                     })
                     .collect();
-                let speed_steps_s = f64::from(way * speed_steps_s);
-                (Motion::Tilting { speed_steps_s }, polls)
+                let speed_steps_s = f64::from(direction * speed_steps_s);
+                (HeadMotion::Tilting { speed_steps_s }, polls)
             }
         };
-        Leg {
+        PanSegment {
             pan_rad,
             motion,
             scans: self.scans,
@@ -182,18 +184,17 @@ impl LegDraft {
     }
 }
 
-/// Host at the arrival less timer at the stamp, seconds.
-fn raw_lag_s(scan: &RawScan) -> f64 {
+/// Host time of the arrival minus stamp, seconds.
+fn arrival_lag_s(scan: &StampedScan) -> f64 {
     scan.arrived_s - scan.stamp_ms as f64 * 1e-3
 }
 
-/// At rest at `end`, or past the ramp that leads from it.
-fn off_ramps(steps: i32, end: i32, ramp_steps: i32) -> bool {
+/// Stopped at `end`, or past its speed ramp.
+fn is_off_ramp(steps: i32, end: i32, ramp_steps: i32) -> bool {
     ramp_steps == 0 || steps == end || (steps - end).abs() > ramp_steps
 }
 
-/// An exchange of time as the sweep stores it.
-pub fn time_sample(
+pub(super) fn time_sample(
     sent: Duration,
     received: Duration,
     stamp_ms: u32,
@@ -208,19 +209,19 @@ pub fn time_sample(
 
 #[cfg(test)]
 mod tests {
-    use super::{LegDraft, ScanDating, StampUnwrapper};
-    use patrold_engine::sweep::{RawScan, TimeSample};
+    use super::{PanSegmentDraft, ScanTimeEstimator, StampUnwrapper};
+    use patrold_engine::sweep::{StampedScan, TimeSample};
 
-    fn scan(stamp_ms: u64, arrived_s: f64) -> RawScan {
-        RawScan {
+    fn scan(stamp_ms: u64, arrived_s: f64) -> StampedScan {
+        StampedScan {
             stamp_ms,
             arrived_s,
             values: Vec::new(),
         }
     }
 
-    /// A leg of `count` scans, ten a second, by a timer that runs `rate` fast; after a third of them it steps.
-    fn leg(count: u64, rate: f64, step_s: f64) -> LegDraft {
+    /// A segment of `count` scans, ten a second; the timer is fast by `rate` and steps after a third of them.
+    fn segment(count: u64, rate: f64, step_s: f64) -> PanSegmentDraft {
         let stamp = |host_s: f64, step_s: f64| ((host_s * (1.0 + rate) + step_s) * 1e3) as u64;
         let exchange = |at_s: f64, step_s: f64| TimeSample {
             sent_s: at_s - 0.001,
@@ -234,47 +235,47 @@ mod tests {
             let late_s = [0.0, 0.004, 0.0, 0.03][n as usize % 4];
             scan(stamp(begun_s, step_s), begun_s + 0.075 + late_s)
         });
-        LegDraft {
+        PanSegmentDraft {
             scans: scans.collect(),
             time_samples: vec![
                 exchange(9.5, 0.0),
                 exchange(10.5 + count as f64 * 0.1, step_s),
             ],
-            ..LegDraft::default()
+            ..PanSegmentDraft::default()
         }
     }
 
     #[test]
-    fn a_wrong_rate_is_no_step_however_long_the_leg() {
+    fn a_wrong_rate_is_no_step_however_long_the_segment() {
         for rate in [0.0013, -0.0013, 0.002, -0.002, 0.0] {
             for count in [20, 99, 100, 450, 3000] {
-                assert!(!leg(count, rate, 0.0).stepped(0.05), "{rate} {count}");
+                assert!(!segment(count, rate, 0.0).has_step(0.05), "{rate} {count}");
                 for step_s in [0.1, -0.1, 0.2, -3.0] {
-                    let stepped = leg(count, rate, step_s).stepped(0.05);
-                    assert!(stepped, "{rate} {count} {step_s}");
+                    let has_step = segment(count, rate, step_s).has_step(0.05);
+                    assert!(has_step, "{rate} {count} {step_s}");
                 }
             }
         }
     }
 
     #[test]
-    fn a_scan_is_dated_by_its_stamp_when_the_line_stalls() {
-        let mut dating = ScanDating::default();
-        dating.begin(&leg(0, 0.0, 0.0).time_samples);
-        assert!((dating.begun_s(&scan(10_000, 10.075), 0.1) - 10.0).abs() < 0.002);
-        // Turned at 10.1 s, arrived a second late.
-        assert!((dating.begun_s(&scan(10_100, 11.175), 0.1) - 10.1).abs() < 0.002);
+    fn a_stalled_line_does_not_change_the_start_time() {
+        let mut times = ScanTimeEstimator::default();
+        times.restart(&segment(0, 0.0, 0.0).time_samples);
+        assert!((times.start_time_s(&scan(10_000, 10.075), 0.1) - 10.0).abs() < 0.002);
+        // Scanned at 10.1 s, arrived a second late.
+        assert!((times.start_time_s(&scan(10_100, 11.175), 0.1) - 10.1).abs() < 0.002);
         // A timer that is slow by 0.2 % does not make scans of the tenth minute look old.
         for n in 2..6000_u32 {
             let stamp_ms = 10_000 + u64::from(n) * 100;
             let begun_s = 10.0 + f64::from(n) * 0.1 * 1.002;
-            let dated_s = dating.begun_s(&scan(stamp_ms, begun_s + 0.075), 0.1);
-            assert!((-0.025..0.002).contains(&(dated_s - begun_s)), "{n}");
+            let start_s = times.start_time_s(&scan(stamp_ms, begun_s + 0.075), 0.1);
+            assert!((-0.025..0.002).contains(&(start_s - begun_s)), "{n}");
         }
     }
 
     #[test]
-    fn stamps_go_on_over_the_wrap_and_may_step_back() {
+    fn stamps_continue_over_the_wrap_and_may_step_back() {
         let mut stamps = StampUnwrapper::default();
         let first = stamps.unwrap(0xFF_FF00);
         assert_eq!(stamps.unwrap(0x00_0010) - first, 0x110);

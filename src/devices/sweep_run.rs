@@ -1,159 +1,157 @@
-//! One sweep, from both devices' events to commands for both: no thread, no clock, no port (sweep-geometry section 7).
+//! One sweep as a state machine: events of both devices in, commands for both out; no thread, clock or port
+//! (sweep-geometry section 7).
 //!
 //! ```text
-//! pan -> tilt to the start -> time exchange -> stream, good scans -+-> tilt to the end, polls and scans --+-> QT ->
-//!  ^                                                               +-> (stand, settle, one scan) per line -+      |
-//!  +---------------------------- next pan <- time exchange <-----------------------------------------------------+
+//! pan -> tilt to the start -> time exchange -> stream, warm up -+-> tilt to the end, polls and scans --+-> QT ->
+//!  ^                                                            +-> (stop, settle, one scan) per line --+      |
+//!  +-------------------------- next pan <- time exchange <----------------------------------------------------+
 //! ```
 //!
-//! Whatever makes an angle or an instant doubtful ends the sweep with its reason; then the laser is turned off and the
-//! head stopped before the outcome is told.
+//! Anything that makes an angle or a time doubtful ends the sweep with an error. The laser is off and the head has stopped
+//! before the outcome is available.
 
 mod steps;
 
-use super::constants::{SETTLE, STEP_LIMIT, WARM_SCANS};
+use super::constants::{SETTLE, STEP_LIMIT, WARM_UP_SCANS};
 use super::error::{Device, DeviceError};
 use super::head::{HeadCommand, HeadEvent, head_error};
 use super::laser::{LaserCommand, laser_error};
 use super::plan::SweepPlan;
-use super::sweep_data::{LegDraft, ScanDating, StampUnwrapper, time_sample};
-use patrold_engine::sweep::{Leg, Poll, RawScan, RawSweep};
+use super::sweep_data::{PanSegmentDraft, ScanTimeEstimator, StampUnwrapper, time_sample};
+use patrold_engine::sweep::{PanSegment, PositionPoll, RawSweep, StampedScan};
 use ptu::{Axis, MoveState, MoveWatch};
 use scip::Rejection;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// What the sweep wants done.
 #[derive(Debug, Clone, PartialEq)]
-pub enum RunAction {
-    /// Ask this of the laser.
+pub(crate) enum SweepAction {
     Laser(LaserCommand),
-    /// Ask this of the head.
     Head(HeadCommand),
-    /// Something worth knowing that does not spoil the sweep.
+    /// For the log; the sweep continues.
     Note(Device, String),
 }
 
-/// Names of the two ports, for messages.
+/// Names of the two ports, for errors.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PortNames {
-    /// The laser's.
+pub(crate) struct PortNames {
     pub laser: String,
-    /// The head's.
     pub head: String,
 }
 
 #[derive(Debug)]
-enum Phase {
+enum SweepPhase {
+    /// Axis, watch, target in counts.
     Moving(Axis, MoveWatch, i32),
     TimeBefore,
-    Warming(u32),
+    /// Valid scans so far.
+    WarmingUp(u32),
     Sweeping(MoveWatch),
-    /// On the way to this line.
+    /// Moving to this line.
     Stepping(usize, MoveWatch),
-    /// Standing at this line since.
+    /// Stopped at this line; scans that started from this time on count.
     Staring(usize, Duration),
     StoppingLaser,
     TimeAfter,
     Ending {
         error: DeviceError,
-        laser_rests: bool,
-        head_rests: bool,
+        laser_stopped: bool,
+        head_stopped: bool,
     },
     Done,
 }
 
-/// A sweep under way. One input, then drain [`poll_action`](Self::poll_action); over when
-/// [`take_outcome`](Self::take_outcome) gives something.
+/// A running sweep. After each input, drain [`poll_action`](Self::poll_action); it ends when
+/// [`take_outcome`](Self::take_outcome) returns something.
 #[derive(Debug)]
-pub struct SweepRun {
+pub(crate) struct SweepRun {
     plan: SweepPlan,
     ports: PortNames,
-    phase: Phase,
+    phase: SweepPhase,
     limit: Duration,
-    actions: VecDeque<RunAction>,
-    leg: usize,
-    legs: Vec<Leg>,
-    draft: LegDraft,
+    actions: VecDeque<SweepAction>,
+    segment: usize,
+    segments: Vec<PanSegment>,
+    draft: PanSegmentDraft,
     stamps: StampUnwrapper,
-    dating: ScanDating,
+    scan_times: ScanTimeEstimator,
     last_steps: i32,
     outcome: Option<Result<RawSweep, DeviceError>>,
 }
 
 impl SweepRun {
-    /// Begins. Both devices must be connected and idle, the head's position trusted.
+    /// Starts. Both devices must be connected and idle, the head's position trusted.
     pub fn new(plan: SweepPlan, ports: PortNames, now: Duration) -> Self {
         let mut run = Self {
             plan,
             ports,
-            phase: Phase::Done,
+            phase: SweepPhase::Done,
             limit: now,
             actions: VecDeque::new(),
-            leg: 0,
-            legs: Vec::new(),
-            draft: LegDraft::default(),
+            segment: 0,
+            segments: Vec::new(),
+            draft: PanSegmentDraft::default(),
             stamps: StampUnwrapper::default(),
-            dating: ScanDating::default(),
+            scan_times: ScanTimeEstimator::default(),
             last_steps: 0,
             outcome: None,
         };
-        run.begin_leg(now);
+        run.start_segment(now);
         run
     }
 
-    /// The next thing to do, until `None`.
-    pub fn poll_action(&mut self) -> Option<RunAction> {
+    pub fn poll_action(&mut self) -> Option<SweepAction> {
         self.actions.pop_front()
     }
 
-    /// What came of it, once.
+    /// The result, once.
     pub fn take_outcome(&mut self) -> Option<Result<RawSweep, DeviceError>> {
         self.outcome.take()
     }
 
-    /// When [`on_time`](Self::on_time) is wanted.
+    /// When to call [`on_time`](Self::on_time).
     pub fn deadline(&self) -> Duration {
         match &self.phase {
-            Phase::Moving(_, watch, _) | Phase::Sweeping(watch) | Phase::Stepping(_, watch) => {
-                watch.overdue_at().min(self.limit)
-            }
+            SweepPhase::Moving(_, watch, _)
+            | SweepPhase::Sweeping(watch)
+            | SweepPhase::Stepping(_, watch) => watch.overdue_at().min(self.limit),
             _ => self.limit,
         }
     }
 
-    /// Ends the sweep; the outcome is [`DeviceError::Cancelled`] as soon as laser and head rest.
+    /// Ends the sweep with [`DeviceError::Cancelled`].
     pub fn cancel(&mut self, now: Duration) {
         self.fail(DeviceError::Cancelled, now);
     }
 
-    /// A device is gone: its port failed.
+    /// The port of a device failed.
     pub fn on_lost(&mut self, device: Device, error: DeviceError, now: Duration) {
         self.fail(error, now);
-        // The driver's last word to the laser was QT, which takes effect at the laser's next tick: wait for that.
+        // The laser's driver sent QT before; it takes effect at the laser's next tick, so wait for that.
         if device == Device::Head {
-            self.rests(device);
+            self.stopped(device);
         }
     }
 
-    /// Takes the passing of time.
     pub fn on_time(&mut self, now: Duration) {
         if now < self.deadline() {
             return;
         }
         let port = || self.ports.head.clone();
         let error = match &self.phase {
-            Phase::Done => return,
-            Phase::Ending { .. } => {
-                self.rests(Device::Laser);
-                self.rests(Device::Head);
+            SweepPhase::Done => return,
+            SweepPhase::Ending { .. } => {
+                self.stopped(Device::Laser);
+                self.stopped(Device::Head);
                 return;
             }
-            Phase::Moving(axis, _, target) => stalled(port(), *axis, self.last_steps, *target),
-            Phase::Sweeping(_) | Phase::Stepping(..) => DeviceError::Overdue {
+            SweepPhase::Moving(axis, _, target) => {
+                stalled_error(port(), *axis, self.last_steps, *target)
+            }
+            SweepPhase::Sweeping(_) | SweepPhase::Stepping(..) => DeviceError::Overdue {
                 device: Device::Head,
                 port: port(),
-                what: "a tilt at the speed it was told",
+                what: "a tilt at the commanded speed",
                 limit_s: STEP_LIMIT.as_secs(),
             },
             _ => DeviceError::Overdue {
@@ -166,13 +164,12 @@ impl SweepRun {
         self.fail(error, now);
     }
 
-    /// Takes an event of the laser.
-    pub fn on_laser(&mut self, event: scip::Event, now: Duration) {
-        use scip::Event as E;
+    pub fn on_laser(&mut self, event: scip::LaserEvent, now: Duration) {
+        use scip::LaserEvent as E;
         match event {
             E::Stopped => match self.phase {
-                Phase::Ending { .. } => self.rests(Device::Laser),
-                Phase::StoppingLaser => self.exchange_time(Phase::TimeAfter, now),
+                SweepPhase::Ending { .. } => self.stopped(Device::Laser),
+                SweepPhase::StoppingLaser => self.exchange_time(SweepPhase::TimeAfter, now),
                 _ => {}
             },
             E::Fault(error) | E::Failed(error) => {
@@ -187,11 +184,11 @@ impl SweepRun {
                 self.draft.time_samples.push(sample);
             }
             E::TimeExchanged { .. } => match self.phase {
-                Phase::TimeBefore => {
-                    self.dating.begin(&self.draft.time_samples);
+                SweepPhase::TimeBefore => {
+                    self.scan_times.restart(&self.draft.time_samples);
                     self.warm_up(now);
                 }
-                Phase::TimeAfter => self.finish_leg(now),
+                SweepPhase::TimeAfter => self.finish_segment(now),
                 _ => {}
             },
             E::Scan {
@@ -204,36 +201,33 @@ impl SweepRun {
                 ..
             } => self.timer_lost(format!("jumped by {advance_ms} ms"), now),
             E::Recovered { timer_reset: true } => {
-                self.timer_lost("was reset to bring its stream back".to_owned(), now);
+                self.timer_lost("was reset to recover its stream".to_owned(), now);
             }
             E::Recovering { cause, .. } => {
-                self.warm_again();
-                self.note(Device::Laser, format!("its stream is restarted: {cause}"));
+                self.restart_warm_up();
+                self.note(Device::Laser, format!("restarting its stream: {cause}"));
             }
             E::Verifying { status } => {
-                self.warm_again();
+                self.restart_warm_up();
                 self.note(
                     Device::Laser,
-                    format!("it stopped to check itself (status {status})"),
+                    format!("stopped for a self-check (status {status})"),
                 );
             }
             E::LostScans(count) => self.note(Device::Laser, format!("{count} scans lost")),
-            E::Connected(_) => self.timer_lost("was reset: it was connected anew".to_owned(), now),
+            E::Connected(_) => self.timer_lost("was reset: it reconnected".to_owned(), now),
             E::Rejected { .. }
             | E::Recovered { timer_reset: false }
             | E::VerifiedNormal
-            | E::Streaming
-            | E::Info(_)
-            | E::Applied(_) => {}
+            | E::Streaming => {}
         }
     }
 
-    /// Takes an event of the head.
     pub fn on_head(&mut self, event: HeadEvent, now: Duration) {
-        use ptu::Event as E;
+        use ptu::PtuEvent as E;
         let event = match event {
-            HeadEvent::Unit(event) => event,
-            HeadEvent::NotTaken(error) => {
+            HeadEvent::Ptu(event) => event,
+            HeadEvent::Rejected(error) => {
                 let lost = DeviceError::NotConnected {
                     device: Device::Head,
                     port: self.ports.head.clone(),
@@ -250,8 +244,8 @@ impl SweepRun {
                 first_byte_at,
             } => self.on_position(axis, steps, (sent_at, first_byte_at), now),
             E::Halted => {
-                if matches!(self.phase, Phase::Ending { .. }) {
-                    self.rests(Device::Head);
+                if matches!(self.phase, SweepPhase::Ending { .. }) {
+                    self.stopped(Device::Head);
                 }
             }
             E::Fault(error) => {
@@ -265,10 +259,10 @@ impl SweepRun {
             E::EchoReturned | E::VerboseReturned | E::Restarted => {
                 self.position_lost("the unit restarted in between".to_owned(), now);
             }
-            // Making the settings anew begins with a halt.
+            // Reconnecting starts with a halt.
             E::Connected(_) => {
                 self.position_lost("the unit restarted in between".to_owned(), now);
-                self.rests(Device::Head);
+                self.stopped(Device::Head);
             }
             E::Refused { command, text } => {
                 let refused = DeviceError::Refused {
@@ -283,11 +277,6 @@ impl SweepRun {
             | E::MoveAccepted { .. }
             | E::HomeDone { .. }
             | E::Health(_)
-            | E::Speed { .. }
-            | E::Target { .. }
-            | E::HoldPowerSet { .. }
-            | E::MovePowerSet { .. }
-            | E::AxisHalted(_)
             | E::HoldPowerLow => {}
         }
     }
@@ -296,18 +285,21 @@ impl SweepRun {
         let (tilt, observed_at) = (axis == Axis::Tilt, at.1);
         self.last_steps = steps;
         match &mut self.phase {
-            Phase::Moving(moving, watch, target) if *moving == axis => {
+            SweepPhase::Moving(moving, watch, target) if *moving == axis => {
                 let target = *target;
                 match watch.observe(steps, observed_at) {
                     MoveState::Moving => {}
-                    MoveState::Arrived if tilt => self.exchange_time(Phase::TimeBefore, now),
+                    MoveState::Arrived if tilt => self.exchange_time(SweepPhase::TimeBefore, now),
                     MoveState::Arrived => self.tilt_to_start(now),
-                    _ => self.fail(stalled(self.ports.head.clone(), axis, steps, target), now),
+                    _ => self.fail(
+                        stalled_error(self.ports.head.clone(), axis, steps, target),
+                        now,
+                    ),
                 }
             }
-            Phase::Sweeping(watch) if tilt => {
+            SweepPhase::Sweeping(watch) if tilt => {
                 let state = watch.observe(steps, observed_at);
-                self.draft.polls.push(Poll {
+                self.draft.polls.push(PositionPoll {
                     sent_s: at.0.as_secs_f64(),
                     received_s: at.1.as_secs_f64(),
                     tilt_steps: steps,
@@ -318,18 +310,18 @@ impl SweepRun {
                     _ => self.tilt_stalled(steps, now),
                 }
             }
-            Phase::Stepping(line, watch) if tilt => {
+            SweepPhase::Stepping(line, watch) if tilt => {
                 let line = *line;
                 match watch.observe(steps, observed_at) {
                     MoveState::Moving => {}
                     MoveState::Arrived => {
-                        self.phase = Phase::Staring(line, observed_at + SETTLE);
+                        self.phase = SweepPhase::Staring(line, observed_at + SETTLE);
                         self.limit = now + STEP_LIMIT;
                     }
                     _ => self.tilt_stalled(steps, now),
                 }
             }
-            Phase::Staring(line, _) if tilt => {
+            SweepPhase::Staring(line, _) if tilt => {
                 let line = *line;
                 if self.line_target(line) != Some(steps) {
                     self.tilt_stalled(steps, now);
@@ -339,22 +331,24 @@ impl SweepRun {
         }
     }
 
-    fn on_scan(&mut self, scan: scip::RawScan, first_byte_at: Duration, now: Duration) {
-        let raw = RawScan {
+    fn on_scan(&mut self, scan: scip::LaserScan, first_byte_at: Duration, now: Duration) {
+        let raw = StampedScan {
             stamp_ms: self.stamps.unwrap(scan.stamp_ms),
             arrived_s: first_byte_at.as_secs_f64(),
             values: scan.ranges,
         };
-        let begun_s = self.dating.begun_s(&raw, self.plan.optics.period_s);
+        let begun_s = self
+            .scan_times
+            .start_time_s(&raw, self.plan.scan_geometry.period_s);
         match &mut self.phase {
-            Phase::Warming(good) => {
+            SweepPhase::WarmingUp(good) => {
                 *good += 1;
-                if *good >= WARM_SCANS {
-                    self.begin_tilt(now);
+                if *good >= WARM_UP_SCANS {
+                    self.start_tilt(now);
                 }
             }
-            Phase::Sweeping(_) => self.draft.scans.push(raw),
-            Phase::Staring(line, since) => {
+            SweepPhase::Sweeping(_) => self.draft.scans.push(raw),
+            SweepPhase::Staring(line, since) => {
                 let line = *line;
                 if begun_s >= since.as_secs_f64() {
                     self.draft.scans.push(raw);
@@ -374,8 +368,12 @@ fn axis_name(axis: Axis) -> &'static str {
     }
 }
 
-/// An axis that did not come where it was sent.
-pub(super) fn stalled(port: String, axis: Axis, at_steps: i32, target_steps: i32) -> DeviceError {
+pub(super) fn stalled_error(
+    port: String,
+    axis: Axis,
+    at_steps: i32,
+    target_steps: i32,
+) -> DeviceError {
     DeviceError::Stalled {
         port,
         axis: axis_name(axis),

@@ -1,51 +1,41 @@
-//! What the patrol wants done.
+//! Actions of the patrol.
 
-use super::event::{Refusal, Request};
+use super::event::{PatrolRequest, RefusalReason};
+use super::severity::Severity;
 
-/// How much an event in the log weighs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Weight {
-    /// Good to know.
-    Info,
-    /// Worked around.
-    Warning,
-    /// Something was lost.
-    Error,
-}
-
-/// One thing to do. Whoever does it reports back with an [`Event`](super::event::Event) where one exists for it.
+/// To be carried out by the service, which reports the result as a [`PatrolEvent`](super::event::PatrolEvent).
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Action {
-    /// Let the devices go if they are open, connect and home them.
+pub enum PatrolAction {
+    /// Release the devices if they are open; connect and home them.
     OpenDevices,
-    /// Interrupt whatever the devices do: laser off, head stopped.
+    /// Stop what the devices are doing: laser off, head stopped.
     CancelDevices,
-    /// Let the devices go.
+    /// Release the devices.
     CloseDevices,
-    /// Look up the waypoint's reference.
-    Prepare(Request),
-    /// Take the head's angles for worthless: it is homed before the next sweep.
+    /// Load the waypoint's reference.
+    Prepare(PatrolRequest),
+    /// Home the head before the next sweep; its angles are wrong.
     DistrustHead,
     /// Take a sweep.
-    StartSweep(Request),
-    /// Judge the sweep that was taken.
-    Judge(Request),
-    /// Put what was judged on disk.
-    Record(Request),
-    /// Put on disk that the place was not observed, and why.
-    RecordNotObserved(Request, String),
-    /// Tell the asker the outcome.
-    Reply(Request),
-    /// Tell the asker why there is none.
-    Refuse(Request, Refusal),
-    /// Forget the request: its asker went away. Nothing is stored for it.
-    Drop(Request),
-    /// Put the new settings in force.
+    StartSweep(PatrolRequest),
+    /// Judge the sweep.
+    Judge(PatrolRequest),
+    /// Store the result.
+    Record(PatrolRequest),
+    /// Store that the place was not observed, with the reason.
+    RecordNotObserved(PatrolRequest, String),
+    /// Send the result to the client.
+    Reply(PatrolRequest),
+    /// Refuse the request.
+    Refuse(PatrolRequest, RefusalReason),
+    /// Drop the request; its client has disconnected. Nothing is stored.
+    Abandon(PatrolRequest),
+    /// Apply the new settings.
     ApplySettings,
-    /// Keep the old settings and say every mistake in the new ones.
+    /// Keep the old settings; report the errors in the new ones.
     KeepSettings(Vec<String>),
-    /// Note in the event log what the devices did.
-    Note(Weight, String),
-    /// End.
+    /// Write to the event log.
+    LogEvent(Severity, String),
+    /// End the service.
     Exit,
 }

@@ -1,17 +1,15 @@
-//! Every figure that decides something in this room, its unit and where it comes from.
+//! Constants of the patrol, each with its unit and source.
 
 use std::time::Duration;
 
-/// Requests that may wait behind the one in hand: a robot asks for one at a time, so a longer queue is a client
-/// gone wild.
-pub const MOST_WAITING: usize = 4;
+/// Longest queue behind the current request. A robot sends one request at a time; a longer queue is a faulty client.
+pub(super) const MAX_QUEUED: usize = 4;
 
-/// Pause before a device that is not there is looked for again: that moves nothing, and it is wanted within seconds of its
-/// return.
-pub const ABSENT_RETRY: Duration = Duration::from_secs(1);
+/// Pause before an absent device is tried again: a try moves nothing, and a replugged device is wanted within seconds.
+pub(super) const ABSENT_RETRY_PAUSE: Duration = Duration::from_secs(1);
 
-/// First pause before lost devices are tried again: a replugged USB device needs about a second to get its name.
-pub const FIRST_RETRY: Duration = Duration::from_secs(2);
+/// First pause before failed devices are tried again: udev needs about a second to name a replugged USB device.
+pub(super) const INITIAL_RETRY_PAUSE: Duration = Duration::from_secs(2);
 
-/// Longest pause before lost devices are tried again.
-pub const LONGEST_RETRY: Duration = Duration::from_secs(60);
+/// Longest pause before failed devices are tried again.
+pub(super) const MAX_RETRY_PAUSE: Duration = Duration::from_secs(60);

@@ -1,21 +1,21 @@
-//! What can happen to the patrol.
+//! Events of the patrol, and the requests of its clients.
 
 use std::fmt;
 
-/// What is asked of the patrol.
+/// What a request asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Task {
+pub enum PatrolTask {
     /// Compare the place with its reference.
     Visit,
     /// Take the place's reference.
     Teach,
-    /// Sweep, and hand the points back.
+    /// Take a sweep and return its points.
     Sweep,
 }
 
-impl Task {
-    /// The word of the command.
-    pub fn word(self) -> &'static str {
+impl PatrolTask {
+    /// As in the API and the log.
+    pub fn as_str(self) -> &'static str {
         match self {
             Self::Visit => "visit",
             Self::Teach => "teach",
@@ -24,21 +24,21 @@ impl Task {
     }
 }
 
-/// One request, from its arrival to its reply.
+/// A request of a client.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Request {
-    /// Number of the request within this run of the service.
+pub struct PatrolRequest {
+    /// Number within this run of the service.
     pub id: u64,
-    /// What is asked.
-    pub task: Task,
-    /// At which waypoint; empty for a bare sweep.
+    /// Visit, teach or sweep.
+    pub task: PatrolTask,
+    /// Name of the waypoint; empty for a sweep.
     pub waypoint: String,
 }
 
-/// Why a request was not carried out; nothing was stored for it.
+/// Why a request was refused; nothing is stored for it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Refusal {
-    /// Too many requests wait already.
+pub enum RefusalReason {
+    /// The queue is full.
     Busy,
     /// The service is stopping.
     Stopping,
@@ -46,18 +46,18 @@ pub enum Refusal {
     UnknownWaypoint(String),
     /// The waypoint has no reference.
     NoReference(String),
-    /// The devices gave no sweep.
+    /// The devices failed.
     NoSweep(String),
-    /// The sweep is not good enough to become a reference or to be handed out.
+    /// The quality of the sweep is too poor for a reference or for export.
     BadSweep(String),
     /// The disk, the database or the engine failed.
     Failed(String),
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for RefusalReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Busy => f.write_str("busy: too many requests wait already; try again later"),
+            Self::Busy => f.write_str("busy: too many requests are waiting; try again later"),
             Self::Stopping => f.write_str("the service is stopping"),
             Self::UnknownWaypoint(why)
             | Self::NoReference(why)
@@ -68,56 +68,55 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// What a changed configuration asks for.
+/// What a changed configuration requires.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Change {
+pub enum SettingsChange {
     /// The devices can stay open.
-    Plain,
-    /// The devices must be opened anew.
-    Devices,
+    KeepDevices,
+    /// The devices must be reopened.
+    ReopenDevices,
 }
 
-/// What happens to the patrol. Events about a request carry its number; those of a request that is no longer in
-/// hand are ignored.
+/// Input of the state machine. A `u64` is the number of a request; events of other than the current request are ignored.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Event {
+pub enum PatrolEvent {
     /// The devices are connected and homed.
     DevicesReady,
     /// The devices could not be opened.
     DevicesFailed(String),
-    /// The devices could not be opened, for one is not there.
+    /// A device is absent.
     DevicesAbsent(String),
-    /// Devices that were ready went away while nothing was asked of them.
+    /// A device was lost while idle.
     DevicesLost(String),
-    /// The devices are let go: laser off, head stopped.
+    /// The devices are released: laser off, head stopped.
     DevicesClosed,
-    /// Somebody asks for something.
-    Requested(Request),
-    /// Whoever asked does not wait for the outcome any more.
-    AskerGone(u64),
-    /// The waypoint's reference is there, or why not.
-    Prepared(u64, Result<(), Refusal>),
-    /// The sweep is taken.
+    /// A client sent a request.
+    Requested(PatrolRequest),
+    /// The client of a request has disconnected.
+    ClientGone(u64),
+    /// The waypoint's reference is loaded, or the request is refused.
+    Prepared(u64, Result<(), RefusalReason>),
+    /// The sweep is complete.
     SweepDone(u64),
-    /// The sweep failed; the devices must be opened anew where `lost`.
+    /// The sweep failed.
     SweepFailed {
-        /// The request.
+        /// Number of the request.
         id: u64,
-        /// Why.
+        /// Reason, one line.
         reason: String,
-        /// Whether the devices must be opened anew.
+        /// Whether the devices must be reopened.
         lost: bool,
     },
-    /// The sweep does not fit at the head's angles: why it is not judged.
-    Doubted(u64, String),
-    /// The sweep is judged, or why it cannot be.
+    /// The sweep does not fit the reference at the head's angles; the reason.
+    LostStepsSuspected(u64, String),
+    /// The sweep is judged, or cannot be.
     Judged(u64, Result<(), String>),
-    /// The outcome is on disk, or why not.
+    /// The result is stored, or cannot be.
     Recorded(u64, Result<(), String>),
-    /// The configuration was read again: what it changes, or every mistake in it.
-    Reload(Result<Change, Vec<String>>),
-    /// The service shall end.
+    /// The configuration was read again: the kind of change, or its errors.
+    Reload(Result<SettingsChange, Vec<String>>),
+    /// End the service.
     Shutdown,
-    /// Time passes.
+    /// Sent periodically.
     Tick,
 }

@@ -1,37 +1,38 @@
-//! The patrol as a state machine: events in, actions out, time as an argument. It holds no sweep and no verdict,
-//! only what happens next, so that every way through it can be tested as a table.
+//! The state machine. Time is an argument; sweeps and verdicts are held by the service, so that every path can be tested as
+//! a table of events and actions.
 
-use super::action::{Action, Weight};
-use super::constants::{FIRST_RETRY, MOST_WAITING};
-use super::event::{Change, Event, Refusal, Request, Task};
+use super::action::PatrolAction;
+use super::constants::{INITIAL_RETRY_PAUSE, MAX_QUEUED};
+use super::event::{PatrolEvent, PatrolRequest, PatrolTask, RefusalReason, SettingsChange};
+use super::severity::Severity;
 use std::collections::VecDeque;
 use std::time::Duration;
 
 mod devices;
-mod doubt;
+mod lost_steps;
 
-/// Where the devices stand.
+/// State of the devices.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Devices {
+pub enum DeviceAvailability {
     /// Being connected and homed.
     Opening,
     /// Ready to sweep.
     Ready,
-    /// Gone; tried again at `retry_at`.
+    /// Absent or failed.
     Lost {
-        /// Why.
+        /// Reason, one line.
         reason: String,
-        /// When they are tried again.
+        /// Time of the next try.
         retry_at: Duration,
     },
-    /// Let go at the end.
+    /// Released at the end of the service.
     Closed,
 }
 
-/// How far the request in hand has come.
+/// Stage of the current request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
-    /// Its reference is looked up.
+pub enum RequestStage {
+    /// Its reference is loading.
     Preparing,
     /// It waits for the devices.
     Waiting,
@@ -39,330 +40,349 @@ pub enum Step {
     Sweeping,
     /// The sweep is judged.
     Judging,
-    /// The outcome goes to disk.
+    /// The result is written to disk.
     Recording,
 }
 
-/// The patrol.
+/// The patrol: one current request, a queue, and the state of the devices.
 #[derive(Debug, Clone)]
-pub struct Machine {
-    devices: Devices,
+pub struct PatrolMachine {
+    devices: DeviceAvailability,
     /// Pause before the next retry.
-    pause: Duration,
-    /// What was last said of absent devices.
-    absent: Option<String>,
-    in_hand: Option<(Request, Step)>,
-    waiting: VecDeque<Request>,
-    /// A request whose sweep is being called off because its asker went away.
-    unwanted: Option<u64>,
-    change: Option<Change>,
+    retry_pause: Duration,
+    /// Last logged reason of absent devices.
+    reported_absence: Option<String>,
+    current: Option<(PatrolRequest, RequestStage)>,
+    queue: VecDeque<PatrolRequest>,
+    /// Request whose sweep is being cancelled because its client has disconnected.
+    abandoned: Option<u64>,
+    pending_change: Option<SettingsChange>,
     stopping: bool,
     exited: bool,
 }
 
-impl Machine {
-    /// A patrol that has just begun, and its first actions.
-    pub fn start() -> (Self, Vec<Action>) {
+impl PatrolMachine {
+    /// A new patrol and its first actions.
+    pub fn start() -> (Self, Vec<PatrolAction>) {
         let machine = Self {
-            devices: Devices::Opening,
-            pause: FIRST_RETRY,
-            absent: None,
-            in_hand: None,
-            waiting: VecDeque::new(),
-            unwanted: None,
-            change: None,
+            devices: DeviceAvailability::Opening,
+            retry_pause: INITIAL_RETRY_PAUSE,
+            reported_absence: None,
+            current: None,
+            queue: VecDeque::new(),
+            abandoned: None,
+            pending_change: None,
             stopping: false,
             exited: false,
         };
-        (machine, vec![Action::OpenDevices])
+        (machine, vec![PatrolAction::OpenDevices])
     }
 
-    /// Where the devices stand.
-    pub fn devices(&self) -> &Devices {
+    /// State of the devices.
+    pub fn devices(&self) -> &DeviceAvailability {
         &self.devices
     }
 
-    /// The request in hand and how far it has come.
-    pub fn in_hand(&self) -> Option<(&Request, Step)> {
-        self.in_hand.as_ref().map(|(r, step)| (r, *step))
+    /// The current request and its stage.
+    pub fn current(&self) -> Option<(&PatrolRequest, RequestStage)> {
+        self.current.as_ref().map(|(r, stage)| (r, *stage))
     }
 
-    /// Requests that wait behind it.
-    pub fn waiting(&self) -> usize {
-        self.waiting.len()
+    /// Number of requests in the queue.
+    pub fn queued(&self) -> usize {
+        self.queue.len()
     }
 
-    /// Whether the service is ending.
-    pub fn is_stopping(&self) -> bool {
-        self.stopping
-    }
-
-    /// The phase in one word.
+    /// As in the status.
     pub fn phase(&self) -> &'static str {
         if self.stopping {
             return "stopping";
         }
-        match (&self.in_hand, &self.devices) {
-            (Some((_, Step::Preparing)), _) => "preparing",
-            (Some((_, Step::Sweeping)), _) => "sweeping",
-            (Some((_, Step::Judging)), _) => "judging",
-            (Some((_, Step::Recording)), _) => "recording",
-            (_, Devices::Opening) => "starting",
-            (_, Devices::Lost { .. }) => "devices lost",
-            (_, Devices::Ready | Devices::Closed) => "idle",
+        match (&self.current, &self.devices) {
+            (Some((_, RequestStage::Preparing)), _) => "preparing",
+            (Some((_, RequestStage::Sweeping)), _) => "sweeping",
+            (Some((_, RequestStage::Judging)), _) => "judging",
+            (Some((_, RequestStage::Recording)), _) => "recording",
+            (_, DeviceAvailability::Opening) => "starting",
+            (_, DeviceAvailability::Lost { .. }) => "devices lost",
+            (_, DeviceAvailability::Ready | DeviceAvailability::Closed) => "idle",
         }
     }
 
-    /// Takes one event at `now` (any monotone clock), gives what is to be done, in order.
-    pub fn handle(&mut self, now: Duration, event: Event) -> Vec<Action> {
+    /// Handles one event at `now` (any monotonic clock); returns the actions in order.
+    pub fn handle(&mut self, now: Duration, event: PatrolEvent) -> Vec<PatrolAction> {
         let mut out = Vec::new();
         match event {
-            Event::DevicesReady => self.devices_ready(&mut out),
-            Event::DevicesFailed(reason) => self.devices_failed(now, reason, &mut out),
-            Event::DevicesAbsent(reason) => self.devices_absent(now, reason, &mut out),
-            Event::DevicesLost(reason) => {
-                // During a sweep, the sweep tells it.
-                let sweeping = matches!(self.in_hand, Some((_, Step::Sweeping)));
-                if self.devices == Devices::Ready && !sweeping {
+            PatrolEvent::DevicesReady => self.devices_ready(&mut out),
+            PatrolEvent::DevicesFailed(reason) => self.devices_failed(now, reason, &mut out),
+            PatrolEvent::DevicesAbsent(reason) => self.devices_absent(now, reason, &mut out),
+            PatrolEvent::DevicesLost(reason) => {
+                // A running sweep reports the loss itself.
+                let sweeping = matches!(self.current, Some((_, RequestStage::Sweeping)));
+                if self.devices == DeviceAvailability::Ready && !sweeping {
                     self.devices_absent(now, reason, &mut out);
                 }
             }
-            Event::DevicesClosed => {
+            PatrolEvent::DevicesClosed => {
                 if self.stopping {
-                    self.devices = Devices::Closed;
+                    self.devices = DeviceAvailability::Closed;
                 }
             }
-            Event::Requested(request) => self.requested(request, &mut out),
-            Event::AskerGone(id) => self.asker_gone(id, &mut out),
-            Event::Prepared(id, result) => {
-                if let Some(request) = self.take(id, Step::Preparing) {
+            PatrolEvent::Requested(request) => self.enqueue(request, &mut out),
+            PatrolEvent::ClientGone(id) => self.client_gone(id, &mut out),
+            PatrolEvent::Prepared(id, result) => {
+                if let Some(request) = self.take_current(id, RequestStage::Preparing) {
                     match result {
-                        Ok(()) => self.sweep(request, &mut out),
-                        Err(refusal) => out.push(Action::Refuse(request, refusal)),
+                        Ok(()) => self.start_sweep(request, &mut out),
+                        Err(refusal) => out.push(PatrolAction::Refuse(request, refusal)),
                     }
                 }
             }
-            Event::SweepDone(id) => self.swept(id, &mut out),
-            Event::SweepFailed { id, reason, lost } => {
+            PatrolEvent::SweepDone(id) => self.sweep_done(id, &mut out),
+            PatrolEvent::SweepFailed { id, reason, lost } => {
                 self.sweep_failed(id, reason, lost, &mut out);
             }
-            Event::Doubted(id, reason) => self.doubted(id, &reason, &mut out),
-            Event::Judged(id, result) => {
-                if let Some(request) = self.take(id, Step::Judging) {
+            PatrolEvent::LostStepsSuspected(id, reason) => {
+                self.lost_steps_suspected(id, &reason, &mut out)
+            }
+            PatrolEvent::Judged(id, result) => {
+                if let Some(request) = self.take_current(id, RequestStage::Judging) {
                     self.judged(request, result, &mut out);
                 }
             }
-            Event::Recorded(id, result) => {
-                if let Some(request) = self.take(id, Step::Recording) {
+            PatrolEvent::Recorded(id, result) => {
+                if let Some(request) = self.take_current(id, RequestStage::Recording) {
                     out.push(match result {
-                        Ok(()) => Action::Reply(request),
-                        Err(why) => Action::Refuse(request, Refusal::Failed(why)),
+                        Ok(()) => PatrolAction::Reply(request),
+                        Err(why) => PatrolAction::Refuse(request, RefusalReason::Failed(why)),
                     });
                 }
             }
-            Event::Reload(Ok(change)) => {
-                let devices = change == Change::Devices || self.change == Some(Change::Devices);
-                self.change = Some(if devices {
-                    Change::Devices
+            PatrolEvent::Reload(Ok(change)) => {
+                let reopen = [Some(change), self.pending_change]
+                    .contains(&Some(SettingsChange::ReopenDevices));
+                self.pending_change = Some(if reopen {
+                    SettingsChange::ReopenDevices
                 } else {
-                    Change::Plain
+                    SettingsChange::KeepDevices
                 });
             }
-            Event::Reload(Err(mistakes)) => out.push(Action::KeepSettings(mistakes)),
-            Event::Shutdown => self.shutdown(&mut out),
-            Event::Tick => self.tick(now, &mut out),
+            PatrolEvent::Reload(Err(errors)) => out.push(PatrolAction::KeepSettings(errors)),
+            PatrolEvent::Shutdown => self.shutdown(&mut out),
+            PatrolEvent::Tick => self.tick(now, &mut out),
         }
-        self.go_on(&mut out);
+        self.advance(&mut out);
         out
     }
 
-    /// What follows by itself once an event is dealt with.
-    fn go_on(&mut self, out: &mut Vec<Action>) {
+    /// Ends, applies settings, or starts the next request.
+    fn advance(&mut self, out: &mut Vec<PatrolAction>) {
         if self.stopping {
-            if self.in_hand.is_none() && self.devices == Devices::Closed && !self.exited {
+            if self.current.is_none() && self.devices == DeviceAvailability::Closed && !self.exited
+            {
                 self.exited = true;
-                out.push(Action::Exit);
+                out.push(PatrolAction::Exit);
             }
             return;
         }
         self.apply_change(out);
-        while self.in_hand.is_none() {
-            let Some(request) = self.waiting.pop_front() else {
+        while self.current.is_none() {
+            let Some(request) = self.queue.pop_front() else {
                 return;
             };
-            if request.task == Task::Visit {
-                out.push(Action::Prepare(request.clone()));
-                self.in_hand = Some((request, Step::Preparing));
+            if request.task == PatrolTask::Visit {
+                out.push(PatrolAction::Prepare(request.clone()));
+                self.current = Some((request, RequestStage::Preparing));
             } else {
-                self.sweep(request, out);
+                self.start_sweep(request, out);
             }
         }
     }
 
-    fn requested(&mut self, request: Request, out: &mut Vec<Action>) {
+    fn enqueue(&mut self, request: PatrolRequest, out: &mut Vec<PatrolAction>) {
         if self.stopping {
-            out.push(Action::Refuse(request, Refusal::Stopping));
-        } else if self.waiting.len() >= MOST_WAITING {
-            out.push(Action::Refuse(request, Refusal::Busy));
+            out.push(PatrolAction::Refuse(request, RefusalReason::Stopping));
+        } else if self.queue.len() >= MAX_QUEUED {
+            out.push(PatrolAction::Refuse(request, RefusalReason::Busy));
         } else {
-            self.waiting.push_back(request);
+            self.queue.push_back(request);
         }
     }
 
-    /// Nobody waits for the outcome: a robot that moved on must not be swept for it. A visit whose sweep has begun
-    /// is finished, for its alarm counts whoever asked; a reference that nobody is told of is not taken.
-    fn asker_gone(&mut self, id: u64, out: &mut Vec<Action>) {
-        if let Some(at) = self.waiting.iter().position(|r| r.id == id) {
-            out.extend(self.waiting.remove(at).map(Action::Drop));
+    /// The robot may move on once its client is gone, so a sweep is not started. A started visit is finished, because its
+    /// alarm matters to others; a reference is not taken.
+    fn client_gone(&mut self, id: u64, out: &mut Vec<PatrolAction>) {
+        if let Some(at) = self.queue.iter().position(|r| r.id == id) {
+            out.extend(self.queue.remove(at).map(PatrolAction::Abandon));
             return;
         }
-        let Some((request, step)) = self.in_hand.take_if(|(r, _)| r.id == id) else {
+        let Some((request, stage)) = self.current.take_if(|(r, _)| r.id == id) else {
             return;
         };
-        match (step, request.task) {
-            (Step::Preparing | Step::Waiting, _) | (Step::Judging, Task::Teach | Task::Sweep) => {
-                out.push(Action::Drop(request));
+        match (stage, request.task) {
+            (RequestStage::Preparing | RequestStage::Waiting, _)
+            | (RequestStage::Judging, PatrolTask::Teach | PatrolTask::Sweep) => {
+                out.push(PatrolAction::Abandon(request));
             }
-            (step, task) => {
-                if step == Step::Sweeping && task != Task::Visit && !self.stopping {
-                    self.unwanted = Some(id);
-                    out.push(Action::CancelDevices);
+            (stage, task) => {
+                if stage == RequestStage::Sweeping && task != PatrolTask::Visit && !self.stopping {
+                    self.abandoned = Some(id);
+                    out.push(PatrolAction::CancelDevices);
                 }
-                self.in_hand = Some((request, step));
+                self.current = Some((request, stage));
             }
         }
     }
 
-    fn sweep(&mut self, request: Request, out: &mut Vec<Action>) {
-        let step = match &self.devices {
-            Devices::Ready => {
-                out.push(Action::StartSweep(request.clone()));
-                Step::Sweeping
+    fn start_sweep(&mut self, request: PatrolRequest, out: &mut Vec<PatrolAction>) {
+        let stage = match &self.devices {
+            DeviceAvailability::Ready => {
+                out.push(PatrolAction::StartSweep(request.clone()));
+                RequestStage::Sweeping
             }
-            Devices::Opening => Step::Waiting,
-            // They may be back long before the next attempt is due.
-            Devices::Lost { .. } => {
+            DeviceAvailability::Opening => RequestStage::Waiting,
+            // They may be back before the next retry.
+            DeviceAvailability::Lost { .. } => {
                 self.open(out);
-                Step::Waiting
+                RequestStage::Waiting
             }
-            Devices::Closed => {
-                out.push(Action::Refuse(request, Refusal::Stopping));
+            DeviceAvailability::Closed => {
+                out.push(PatrolAction::Refuse(request, RefusalReason::Stopping));
                 return;
             }
         };
-        self.in_hand = Some((request, step));
+        self.current = Some((request, stage));
     }
 
-    /// A visit without a sweep is not observed, and the log shall know; other tasks change nothing.
-    fn not_swept(&mut self, request: Request, reason: String, out: &mut Vec<Action>) {
-        if request.task == Task::Visit {
+    /// A visit without a sweep is stored as not observed; other tasks are refused.
+    fn sweep_unavailable(
+        &mut self,
+        request: PatrolRequest,
+        reason: String,
+        out: &mut Vec<PatrolAction>,
+    ) {
+        if request.task == PatrolTask::Visit {
             self.record_not_observed(request, reason, out);
         } else {
-            let word = request.task.word();
-            let refusal = Refusal::NoSweep(format!("{word} refused: {reason}"));
-            out.push(Action::Refuse(request, refusal));
+            let task = request.task.as_str();
+            let refusal = RefusalReason::NoSweep(format!("{task} refused: {reason}"));
+            out.push(PatrolAction::Refuse(request, refusal));
         }
     }
 
-    fn record_not_observed(&mut self, request: Request, reason: String, out: &mut Vec<Action>) {
-        out.push(Action::RecordNotObserved(request.clone(), reason));
-        self.in_hand = Some((request, Step::Recording));
+    fn record_not_observed(
+        &mut self,
+        request: PatrolRequest,
+        reason: String,
+        out: &mut Vec<PatrolAction>,
+    ) {
+        out.push(PatrolAction::RecordNotObserved(request.clone(), reason));
+        self.current = Some((request, RequestStage::Recording));
     }
 
-    fn swept(&mut self, id: u64, out: &mut Vec<Action>) {
-        let Some(request) = self.take(id, Step::Sweeping) else {
+    fn sweep_done(&mut self, id: u64, out: &mut Vec<PatrolAction>) {
+        let Some(request) = self.take_current(id, RequestStage::Sweeping) else {
             return;
         };
-        if self.unwanted.take() == Some(id) {
-            out.push(Action::Drop(request));
+        if self.abandoned.take() == Some(id) {
+            out.push(PatrolAction::Abandon(request));
             return;
         }
         if self.stopping {
             let reason = "the service was stopped before the sweep was judged".to_owned();
-            return self.not_swept(request, reason, out);
+            return self.sweep_unavailable(request, reason, out);
         }
-        out.push(Action::Judge(request.clone()));
-        self.in_hand = Some((request, Step::Judging));
+        out.push(PatrolAction::Judge(request.clone()));
+        self.current = Some((request, RequestStage::Judging));
     }
 
-    fn sweep_failed(&mut self, id: u64, reason: String, lost: bool, out: &mut Vec<Action>) {
-        let Some(request) = self.take(id, Step::Sweeping) else {
+    fn sweep_failed(&mut self, id: u64, reason: String, lost: bool, out: &mut Vec<PatrolAction>) {
+        let Some(request) = self.take_current(id, RequestStage::Sweeping) else {
             return;
         };
         if self.stopping {
             let reason = "the service was stopped during the sweep".to_owned();
-            return self.not_swept(request, reason, out);
+            return self.sweep_unavailable(request, reason, out);
         }
-        if self.unwanted.take() == Some(id) {
+        if self.abandoned.take() == Some(id) {
             if lost {
                 self.open(out);
             }
-            out.push(Action::Drop(request));
+            out.push(PatrolAction::Abandon(request));
             return;
         }
-        out.push(Action::Note(
-            Weight::Error,
+        out.push(PatrolAction::LogEvent(
+            Severity::Error,
             format!("sweep failed: {reason}"),
         ));
         if lost {
             self.open(out);
         }
-        self.not_swept(request, reason, out);
+        self.sweep_unavailable(request, reason, out);
     }
 
-    fn judged(&mut self, request: Request, result: Result<(), String>, out: &mut Vec<Action>) {
+    fn judged(
+        &mut self,
+        request: PatrolRequest,
+        result: Result<(), String>,
+        out: &mut Vec<PatrolAction>,
+    ) {
         match (result, request.task) {
-            (Ok(()), Task::Sweep) => out.push(Action::Reply(request)),
-            (Ok(()), Task::Visit | Task::Teach) => {
-                out.push(Action::Record(request.clone()));
-                self.in_hand = Some((request, Step::Recording));
+            (Ok(()), PatrolTask::Sweep) => out.push(PatrolAction::Reply(request)),
+            (Ok(()), PatrolTask::Visit | PatrolTask::Teach) => {
+                out.push(PatrolAction::Record(request.clone()));
+                self.current = Some((request, RequestStage::Recording));
             }
-            (Err(reason), Task::Visit) => self.record_not_observed(request, reason, out),
+            (Err(reason), PatrolTask::Visit) => self.record_not_observed(request, reason, out),
             (Err(reason), task) => {
-                let refusal = Refusal::BadSweep(format!("{} refused: {reason}", task.word()));
-                out.push(Action::Refuse(request, refusal));
+                let refusal =
+                    RefusalReason::BadSweep(format!("{} refused: {reason}", task.as_str()));
+                out.push(PatrolAction::Refuse(request, refusal));
             }
         }
     }
 
-    fn shutdown(&mut self, out: &mut Vec<Action>) {
+    fn shutdown(&mut self, out: &mut Vec<PatrolAction>) {
         if self.stopping {
             return;
         }
         self.stopping = true;
-        out.extend([Action::CancelDevices, Action::CloseDevices]);
-        let refuse = |request| Action::Refuse(request, Refusal::Stopping);
-        out.extend(self.waiting.drain(..).map(refuse));
-        match self.in_hand.take() {
-            Some((request, Step::Preparing | Step::Waiting)) => out.push(refuse(request)),
-            Some((request, Step::Judging)) => {
-                let reason = "the service was stopped before the sweep was judged".to_owned();
-                self.not_swept(request, reason, out);
+        out.extend([PatrolAction::CancelDevices, PatrolAction::CloseDevices]);
+        let refuse = |request| PatrolAction::Refuse(request, RefusalReason::Stopping);
+        out.extend(self.queue.drain(..).map(refuse));
+        match self.current.take() {
+            Some((request, RequestStage::Preparing | RequestStage::Waiting)) => {
+                out.push(refuse(request))
             }
-            other => self.in_hand = other,
+            Some((request, RequestStage::Judging)) => {
+                let reason = "the service was stopped before the sweep was judged".to_owned();
+                self.sweep_unavailable(request, reason, out);
+            }
+            other => self.current = other,
         }
     }
 
-    fn tick(&mut self, now: Duration, out: &mut Vec<Action>) {
-        let due = matches!(&self.devices, Devices::Lost { retry_at, .. } if now >= *retry_at);
+    fn tick(&mut self, now: Duration, out: &mut Vec<PatrolAction>) {
+        let due =
+            matches!(&self.devices, DeviceAvailability::Lost { retry_at, .. } if now >= *retry_at);
         if due && !self.stopping {
             self.open(out);
         }
     }
 
-    /// The request in hand, if it is this one at this step; it is out of hand then.
-    fn take(&mut self, id: u64, step: Step) -> Option<Request> {
-        let fits = matches!(&self.in_hand, Some((r, s)) if r.id == id && *s == step);
-        let taken = if fits { self.in_hand.take() } else { None };
+    /// Takes the current request if it has this number and stage.
+    fn take_current(&mut self, id: u64, stage: RequestStage) -> Option<PatrolRequest> {
+        let matches = matches!(&self.current, Some((r, s)) if r.id == id && *s == stage);
+        let taken = if matches { self.current.take() } else { None };
         taken.map(|(request, _)| request)
     }
 
-    fn take_waiting(&mut self) -> Option<Request> {
-        let id = match &self.in_hand {
-            Some((request, Step::Waiting)) => request.id,
+    fn take_waiting_for_devices(&mut self) -> Option<PatrolRequest> {
+        let id = match &self.current {
+            Some((request, RequestStage::Waiting)) => request.id,
             _ => return None,
         };
-        self.take(id, Step::Waiting)
+        self.take_current(id, RequestStage::Waiting)
     }
 }
 

@@ -1,7 +1,7 @@
-//! Takes what the devices, the clients and the engine report, gives what to do next: a visit as a state machine, events in,
-//! actions out.
+//! The patrol as a state machine: events of devices, clients and engine in, actions out.
 
 mod constants;
 pub mod action;
 pub mod event;
 pub mod machine;
+pub mod severity;

@@ -1,9 +1,9 @@
-//! HTTP over the control socket: POST /visit, /teach, /sweep; GET /status.
+//! HTTP API on the control socket: POST /visit, /teach, /sweep; GET /status.
 
-use super::constants::LONGEST_NAME;
-use super::message::{Ask, Message};
-use super::replies::{ErrorReply, Reply, StatusReply};
-use crate::patrol::event::{Refusal, Task};
+use super::constants::MAX_WAYPOINT_NAME_BYTES;
+use super::message::{ClientRequest, ServiceMessage};
+use super::replies::{ErrorReply, ServiceReply, StatusReply};
+use crate::patrol::event::{PatrolTask, RefusalReason};
 use axum::extract::State;
 use axum::extract::connect_info::{ConnectInfo, Connected};
 use axum::extract::rejection::JsonRejection;
@@ -17,22 +17,22 @@ use tokio::net::UnixListener;
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::sync::{oneshot, watch};
 
-/// Header that carries what goes with the points of a sweep, as JSON.
-pub const ABOUT_SWEEP: HeaderName = HeaderName::from_static("x-patrold-sweep");
+/// Header of a `/sweep` answer with its [`SweepInfo`](super::replies::SweepInfo) as JSON; the body is the PLY.
+pub const SWEEP_INFO_HEADER: HeaderName = HeaderName::from_static("x-patrold-sweep");
 
 #[derive(Clone)]
-struct Desk {
-    inbox: UnboundedSender<Message>,
+struct ApiState {
+    inbox: UnboundedSender<ServiceMessage>,
     status: watch::Receiver<StatusReply>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Place {
+struct WaypointRequest {
     waypoint: String,
 }
 
-/// Who is at the other end.
+/// User id and process id of the client, from the socket's peer credentials.
 #[derive(Debug, Clone, Default)]
 struct Peer(Option<(u32, Option<i32>)>);
 
@@ -53,10 +53,10 @@ impl std::fmt::Display for Peer {
     }
 }
 
-/// Answers at `listener` until `stop` is ready or dropped; requests under way get their answers then.
-pub async fn serve(
+/// Serves `listener` until `stop` is sent or dropped, then finishes the requests under way.
+pub(super) async fn serve(
     listener: UnixListener,
-    inbox: UnboundedSender<Message>,
+    inbox: UnboundedSender<ServiceMessage>,
     status: watch::Receiver<StatusReply>,
     stop: oneshot::Receiver<()>,
 ) {
@@ -64,43 +64,42 @@ pub async fn serve(
         .route("/visit", post(visit))
         .route("/teach", post(teach))
         .route("/sweep", post(sweep))
-        .route("/status", get(tell_status))
+        .route("/status", get(get_status))
         .fallback(unknown_path)
         .method_not_allowed_fallback(wrong_method)
-        .with_state(Desk { inbox, status });
+        .with_state(ApiState { inbox, status });
     let service = routes.into_make_service_with_connect_info::<Peer>();
     let stopped = async {
-        // Told or dropped, it is the end.
         let _ = stop.await;
     };
     let served = axum::serve(listener, service).with_graceful_shutdown(stopped);
     if let Err(error) = served.await {
-        tracing::error!("the control socket answers no more: {error}");
+        tracing::error!("control socket failed: {error}");
     }
 }
 
 async fn visit(
-    State(desk): State<Desk>,
+    State(state): State<ApiState>,
     ConnectInfo(peer): ConnectInfo<Peer>,
-    place: Result<Json<Place>, JsonRejection>,
+    request: Result<Json<WaypointRequest>, JsonRejection>,
 ) -> Response {
-    ask_about(&desk, &peer, Task::Visit, place).await
+    submit_at_waypoint(&state, &peer, PatrolTask::Visit, request).await
 }
 
 async fn teach(
-    State(desk): State<Desk>,
+    State(state): State<ApiState>,
     ConnectInfo(peer): ConnectInfo<Peer>,
-    place: Result<Json<Place>, JsonRejection>,
+    request: Result<Json<WaypointRequest>, JsonRejection>,
 ) -> Response {
-    ask_about(&desk, &peer, Task::Teach, place).await
+    submit_at_waypoint(&state, &peer, PatrolTask::Teach, request).await
 }
 
-async fn sweep(State(desk): State<Desk>, ConnectInfo(peer): ConnectInfo<Peer>) -> Response {
-    ask(&desk, &peer, Task::Sweep, String::new()).await
+async fn sweep(State(state): State<ApiState>, ConnectInfo(peer): ConnectInfo<Peer>) -> Response {
+    submit(&state, &peer, PatrolTask::Sweep, String::new()).await
 }
 
-async fn tell_status(State(desk): State<Desk>) -> Response {
-    let status = desk.status.borrow().clone();
+async fn get_status(State(state): State<ApiState>) -> Response {
+    let status = state.status.borrow().clone();
     Json(status).into_response()
 }
 
@@ -117,61 +116,65 @@ async fn wrong_method() -> Response {
     error(StatusCode::METHOD_NOT_ALLOWED, text.to_owned())
 }
 
-async fn ask_about(
-    desk: &Desk,
+async fn submit_at_waypoint(
+    state: &ApiState,
     peer: &Peer,
-    task: Task,
-    place: Result<Json<Place>, JsonRejection>,
+    task: PatrolTask,
+    request: Result<Json<WaypointRequest>, JsonRejection>,
 ) -> Response {
-    let waypoint = match place {
-        Ok(Json(place)) => place.waypoint,
+    let waypoint = match request {
+        Ok(Json(request)) => request.waypoint,
         Err(rejection) => {
             let text = rejection.body_text();
             return error(rejection.status(), text.replace('\n', " "));
         }
     };
-    match fault_of_name(&waypoint) {
-        Some(fault) => error(StatusCode::BAD_REQUEST, fault),
-        None => ask(desk, peer, task, waypoint).await,
+    match waypoint_name_error(&waypoint) {
+        Some(text) => error(StatusCode::BAD_REQUEST, text),
+        None => submit(state, peer, task, waypoint).await,
     }
 }
 
-async fn ask(desk: &Desk, peer: &Peer, task: Task, waypoint: String) -> Response {
-    tracing::info!(WAYPOINT = %waypoint, "{} {waypoint} asked by {peer}", task.word());
-    let (answer, outcome) = oneshot::channel();
-    let ask = Ask {
+async fn submit(state: &ApiState, peer: &Peer, task: PatrolTask, waypoint: String) -> Response {
+    tracing::info!(WAYPOINT = %waypoint, "{} {waypoint} requested by {peer}", task.as_str());
+    let (reply_to, reply) = oneshot::channel();
+    let request = ClientRequest {
         task,
         waypoint,
-        answer,
+        reply_to,
     };
-    if desk.inbox.send(Message::Ask(ask)).is_err() {
-        return respond(Reply::Refused(Refusal::Stopping));
+    if state.inbox.send(ServiceMessage::Request(request)).is_err() {
+        return respond(ServiceReply::Refused(RefusalReason::Stopping));
     }
-    // Dropped unanswered: the service ended.
-    respond(outcome.await.unwrap_or(Reply::Refused(Refusal::Stopping)))
+    // The sender is dropped without a reply when the service ends.
+    respond(
+        reply
+            .await
+            .unwrap_or(ServiceReply::Refused(RefusalReason::Stopping)),
+    )
 }
 
-fn respond(reply: Reply) -> Response {
+fn respond(reply: ServiceReply) -> Response {
     match reply {
-        Reply::Visit(visit) => Json(visit).into_response(),
-        Reply::Teach(teach) => Json(teach).into_response(),
-        Reply::Sweep(sweep) => {
-            let about = serde_json::to_string(&sweep.about).unwrap_or_default();
+        ServiceReply::Visit(visit) => Json(visit).into_response(),
+        ServiceReply::Teach(teach) => Json(teach).into_response(),
+        ServiceReply::Sweep(sweep) => {
+            let info = serde_json::to_string(&sweep.info).unwrap_or_default();
             let headers = [
                 (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
-                (ABOUT_SWEEP, about),
+                (SWEEP_INFO_HEADER, info),
             ];
             (headers, sweep.ply).into_response()
         }
-        Reply::Refused(refusal) => {
+        ServiceReply::Refused(refusal) => {
             let code = match &refusal {
-                Refusal::UnknownWaypoint(_) => StatusCode::NOT_FOUND,
-                Refusal::NoReference(_) => StatusCode::CONFLICT,
-                Refusal::BadSweep(_) => StatusCode::UNPROCESSABLE_ENTITY,
-                Refusal::Busy | Refusal::Stopping | Refusal::NoSweep(_) => {
+                RefusalReason::UnknownWaypoint(_) => StatusCode::NOT_FOUND,
+                RefusalReason::NoReference(_) => StatusCode::CONFLICT,
+                RefusalReason::BadSweep(_) => StatusCode::UNPROCESSABLE_ENTITY,
+                RefusalReason::Busy | RefusalReason::Stopping | RefusalReason::NoSweep(_) => {
                     StatusCode::SERVICE_UNAVAILABLE
                 }
-                Refusal::Failed(_) => StatusCode::INTERNAL_SERVER_ERROR,
+                RefusalReason::Failed(_) => StatusCode::INTERNAL_SERVER_ERROR,
             };
             error(code, refusal.to_string())
         }
@@ -183,25 +186,26 @@ fn error(code: StatusCode, error: String) -> Response {
 }
 
 /// A name must fit into the configuration's `[waypoint.NAME]`, a shell and a log line.
-fn fault_of_name(name: &str) -> Option<String> {
-    let fits = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
-    let good = !name.is_empty() && name.len() <= LONGEST_NAME && name.chars().all(fits);
-    (!good).then(|| {
-        format!("a waypoint's name is 1 to {LONGEST_NAME} letters, digits, '-', '_' or '.', got {name:?}")
+fn waypoint_name_error(name: &str) -> Option<String> {
+    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let valid =
+        !name.is_empty() && name.len() <= MAX_WAYPOINT_NAME_BYTES && name.chars().all(allowed);
+    (!valid).then(|| {
+        format!("a waypoint's name is 1 to {MAX_WAYPOINT_NAME_BYTES} letters, digits, '-', '_' or '.', got {name:?}")
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::fault_of_name;
+    use super::waypoint_name_error;
 
     #[test]
-    fn names_are_plain_words() {
-        for good in ["hall", "hall-2", "küche", "a.b_c"] {
-            assert_eq!(fault_of_name(good), None, "{good}");
+    fn waypoint_names_are_checked() {
+        for valid in ["hall", "hall-2", "küche", "a.b_c"] {
+            assert_eq!(waypoint_name_error(valid), None, "{valid}");
         }
-        for bad in ["", "two words", "a/b", "a\nb", &"x".repeat(65)] {
-            assert!(fault_of_name(bad).is_some(), "{bad:?}");
+        for invalid in ["", "two words", "a/b", "a\nb", &"x".repeat(65)] {
+            assert!(waypoint_name_error(invalid).is_some(), "{invalid:?}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Why the service does not run.
 
-use crate::config::Mistake;
+use crate::config::ConfigError;
 use crate::store::StoreError;
 use std::io;
 use std::path::PathBuf;
@@ -10,51 +10,51 @@ use std::path::PathBuf;
 pub enum ServiceError {
     /// The configuration is wrong.
     #[error("{}", lines(.0))]
-    Config(Vec<Mistake>),
+    Config(Vec<ConfigError>),
     /// The store cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// A folder cannot be used.
+    /// The lock file of the store's folder cannot be used.
     #[error("{}: {source}; check store.dir and that this user may write there", path.display())]
-    Folder {
-        /// The file or folder.
+    LockFile {
+        /// The lock file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// Another service uses the store.
     #[error("another patrold (pid {pid}) already uses {}", dir.display())]
-    Taken {
-        /// Its process.
+    StoreInUse {
+        /// Process id, as the lock file has it.
         pid: String,
-        /// The store.
+        /// The store's folder.
         dir: PathBuf,
     },
     /// Another program answers at the socket.
     #[error("{}: another program answers there already; stop it, or set api.socket", path.display())]
-    SocketTaken {
+    SocketInUse {
         /// The socket.
         path: PathBuf,
     },
-    /// The socket cannot be made.
+    /// The socket cannot be created.
     #[error("{}: {source}; check api.socket and that its folder exists and is writable", path.display())]
     Socket {
         /// The socket.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
-    /// The system refused something a service needs.
-    #[error("{what}: {source}")]
+    /// The system refused a thread, a signal handler or the runtime.
+    #[error("cannot start {what}: {source}")]
     System {
-        /// What was asked for.
+        /// What could not be started.
         what: &'static str,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
 }
 
-fn lines(mistakes: &[Mistake]) -> String {
-    let lines: Vec<String> = mistakes.iter().map(ToString::to_string).collect();
+fn lines(errors: &[ConfigError]) -> String {
+    let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
     lines.join("\n")
 }

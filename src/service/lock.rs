@@ -1,25 +1,21 @@
-//! One service per store: a lock file, held as long as the service lives, however it dies.
+//! One service per store: a lock on a file, released by the system when the process ends.
 
 use super::error::ServiceError;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, Write as _};
 use std::path::Path;
 
-/// The lock on a store's folder; dropping it lets go.
 #[derive(Debug)]
-pub struct StoreLock {
-    /// The system's lock lives as long as this is open.
+pub(super) struct StoreLock {
+    /// Locked as long as it is open.
     _file: File,
 }
 
 impl StoreLock {
-    /// Takes the lock of `dir`, making the folder where it is missing.
-    ///
-    /// # Errors
-    /// Another service has it, or the folder cannot be written.
-    pub fn take(dir: &Path) -> Result<Self, ServiceError> {
+    /// Creates `dir` where it is missing.
+    pub(super) fn acquire(dir: &Path) -> Result<Self, ServiceError> {
         let path = dir.join("patrold.lock");
-        let unusable = |source| ServiceError::Folder {
+        let unusable = |source| ServiceError::LockFile {
             path: path.clone(),
             source,
         };
@@ -35,9 +31,9 @@ impl StoreLock {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
                 let mut pid = String::new();
-                // Without its number the message is poorer, no more.
+                // Without it only the message lacks the process id.
                 let _ = file.read_to_string(&mut pid);
-                return Err(ServiceError::Taken {
+                return Err(ServiceError::StoreInUse {
                     pid: pid.trim().to_owned(),
                     dir: dir.to_owned(),
                 });
@@ -58,16 +54,18 @@ mod tests {
     use super::StoreLock;
 
     #[test]
-    fn the_second_is_told_who_the_first_is() {
+    fn the_error_names_the_process_that_holds_the_lock() {
         let dir = tempfile::tempdir().expect("temp dir");
-        let first = StoreLock::take(dir.path()).expect("free");
-        let told = StoreLock::take(dir.path()).expect_err("taken").to_string();
+        let first = StoreLock::acquire(dir.path()).expect("free");
+        let error = StoreLock::acquire(dir.path())
+            .expect_err("locked")
+            .to_string();
         let pid = std::process::id();
         assert!(
-            told.starts_with(&format!("another patrold (pid {pid}) already uses ")),
-            "{told}"
+            error.starts_with(&format!("another patrold (pid {pid}) already uses ")),
+            "{error}"
         );
         drop(first);
-        StoreLock::take(dir.path()).expect("free again");
+        StoreLock::acquire(dir.path()).expect("free again");
     }
 }

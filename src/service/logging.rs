@@ -1,29 +1,28 @@
-//! Where the log goes: the journal with its own fields, or standard error.
+//! Logging: to the journal with fields of its own, or to standard error.
 
-use crate::config::LogSettings;
+use crate::config::LogConfig;
 use std::io::{self, IsTerminal as _};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 use tracing_subscriber::{EnvFilter, Layer as _, Registry, fmt, reload};
 
-/// Changes how much is logged.
+/// Changes the log level of the running process.
 #[derive(Debug, Clone)]
-pub struct LogLevel(reload::Handle<EnvFilter, Registry>);
+pub struct LogLevelHandle(reload::Handle<EnvFilter, Registry>);
 
-impl LogLevel {
-    /// Logs at `level` from now on.
-    pub fn set(&self, level: &str) {
+impl LogLevelHandle {
+    pub(super) fn set(&self, level: &str) {
         if let Err(error) = self.0.reload(filter(level)) {
-            tracing::warn!("log.level stays: {error}");
+            tracing::warn!("log.level unchanged: {error}");
         }
     }
 }
 
-/// Starts logging; `None` where this process logs already.
+/// Starts logging; `None` where the process has a logger already.
 ///
-/// The journal gets WAYPOINT, VERDICT, D_GMM, ALARM_ID and DEVICE as fields of their own. Colour only on a
-/// terminal, and not where NO_COLOR is set.
-pub fn start(settings: &LogSettings) -> Option<LogLevel> {
+/// The journal gets the fields WAYPOINT, VERDICT, D_GMM, ALARM_ID and DEVICE. Colour only on a terminal, and not where
+/// NO_COLOR is set.
+pub(super) fn start(settings: &LogConfig) -> Option<LogLevelHandle> {
     let (filter, handle) = reload::Layer::new(filter(&settings.level));
     let journal = wants_journal(&settings.to, std::env::var_os("JOURNAL_STREAM").is_some())
         .then(journald)
@@ -40,7 +39,7 @@ pub fn start(settings: &LogSettings) -> Option<LogLevel> {
         .with(filter)
         .with(output)
         .try_init();
-    started.is_ok().then_some(LogLevel(handle))
+    started.is_ok().then_some(LogLevelHandle(handle))
 }
 
 type Filtered = tracing_subscriber::layer::Layered<reload::Layer<EnvFilter, Registry>, Registry>;
@@ -62,7 +61,7 @@ fn journald() -> io::Result<tracing_journald::Layer> {
 }
 
 fn filter(level: &str) -> EnvFilter {
-    // Other crates' chatter is not this service's log.
+    // Other crates log warnings only.
     EnvFilter::new(format!("warn,patrold={level}"))
 }
 

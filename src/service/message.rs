@@ -1,48 +1,44 @@
-//! Everything that reaches the loop from elsewhere.
+//! Messages to the service loop.
 
-use super::judge::Judged;
-use super::replies::Reply;
-use super::robot_thread::RobotEvent;
-use crate::config::{Loaded, Mistake};
-use crate::patrol::event::{Refusal, Task};
-use crate::store::{Level, StoredReference};
+use super::judgement::SweepJudgement;
+use super::replies::ServiceReply;
+use super::scanner_thread::ScannerEvent;
+use crate::config::{ConfigError, LoadedConfig};
+use crate::patrol::event::{PatrolTask, RefusalReason};
+use crate::patrol::severity::Severity;
+use crate::store::StoredReference;
 use tokio::sync::oneshot;
 
-/// A request as it comes from the socket.
+/// A request from the control socket.
 #[derive(Debug)]
-pub struct Ask {
-    /// What is asked.
-    pub task: Task,
-    /// At which waypoint; empty for a bare sweep.
-    pub waypoint: String,
-    /// Where the outcome goes.
-    pub answer: oneshot::Sender<Reply>,
+pub(super) struct ClientRequest {
+    pub(super) task: PatrolTask,
+    /// Empty for a bare sweep.
+    pub(super) waypoint: String,
+    pub(super) reply_to: oneshot::Sender<ServiceReply>,
 }
 
-/// What reaches the loop.
+/// Numbers are request ids.
 #[derive(Debug)]
-pub enum Message {
-    /// From the robot's thread.
-    Robot(RobotEvent),
-    /// From the socket.
-    Ask(Ask),
+pub(super) enum ServiceMessage {
+    Scanner(ScannerEvent),
+    Request(ClientRequest),
     /// The waypoint's reference was looked up.
-    Prepared(u64, Result<StoredReference, Refusal>),
-    /// The sweep was judged.
-    Judged(u64, Judged),
+    Prepared(u64, Result<StoredReference, RefusalReason>),
+    Judged(u64, SweepJudgement),
     /// The outcome is on disk.
-    Recorded(u64, Result<Reply, Refusal>),
-    /// The configuration was read again.
-    Reread(Result<Box<Loaded>, Vec<Mistake>>),
-    /// Something worth noting: how bad, which device, what.
-    Note(Level, String, String),
+    Recorded(u64, Result<ServiceReply, RefusalReason>),
+    /// The configuration files were read for a reload.
+    ConfigRead(Result<Box<LoadedConfig>, Vec<ConfigError>>),
+    /// For the event log: severity, device, text.
+    Note(Severity, String, String),
 }
 
-/// What the world outside asks of the service as a whole.
+/// Command to the service as a whole, from a signal or the embedding program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Control {
-    /// Read the configuration again.
+pub enum ServiceCommand {
+    /// Reload the configuration.
     Reload,
-    /// End.
+    /// End the service.
     Stop,
 }

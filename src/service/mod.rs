@@ -1,32 +1,32 @@
-//! Takes settings and a shutdown, runs the patrol: devices, requests, timers and signals in one loop.
+//! Takes settings and commands, runs the patrol: devices, client requests, timers and signals in one loop.
 
+mod active_request;
 mod api;
-mod conduct;
 mod constants;
+mod controller;
 mod error;
-mod judge;
-mod ledger;
+mod judgement;
 mod lock;
 mod logging;
 mod message;
+mod record_time;
 pub mod replies;
-mod robot;
-mod robot_thread;
 mod run;
+mod scanner;
+mod scanner_thread;
 mod socket;
-mod stamp;
-mod station;
-mod steady;
+mod station_scanner;
+mod store_writer;
 mod systemd;
-mod work;
 #[cfg(test)]
-mod visits;
+mod visit_tests;
+mod wall_clock;
 
-pub use api::ABOUT_SWEEP;
+pub use api::SWEEP_INFO_HEADER;
 pub use error::ServiceError;
-pub use logging::{LogLevel, start as start_logging};
-pub use message::Control;
-pub use robot::{Away, Connect, Fault, Notes, Robot};
-pub use run::{Plan, run, run_until, serve};
-pub use stamp::stamp_now;
-pub use station::StationConnect;
+pub use logging::LogLevelHandle;
+pub use message::ServiceCommand;
+pub use record_time::record_time_now;
+pub use run::{ServiceParts, run, run_until, serve};
+pub use scanner::{ConnectError, DeviceNoteSink, Scanner, ScannerConnector, ScannerError};
+pub use station_scanner::StationConnector;

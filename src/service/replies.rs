@@ -1,43 +1,43 @@
-//! What the control socket answers, in the words of the contract. The command line reads the same types.
+//! Answers of the control socket as docs/contract.md defines them. The command line reads the same types.
 
-use crate::patrol::event::Refusal;
+use crate::patrol::event::RefusalReason;
 use patrold_engine::novelty::Verdict;
 use patrold_engine::report::{NoveltyRecord, PoseCorrection};
-use patrold_engine::sweep::Quality;
+use patrold_engine::sweep::SweepQuality;
 use serde::{Deserialize, Serialize};
 
-/// The alarm that a visit raised or belongs to.
+/// The alarm of a visit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AlarmReply {
-    /// Its number in the log.
+    /// Number of the alarm.
     pub id: i64,
-    /// Whether this visit raised it; otherwise it stood already.
+    /// Whether this visit raised it; otherwise the visit belongs to an open one.
     pub raised: bool,
 }
 
-/// Milliseconds by step.
+/// Durations of the steps, milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct StepTiming {
     /// Moving and scanning, on the devices' clock.
     pub sweep: f64,
     /// From raw data to the verdict, or to the reference's mixture.
     pub judge: f64,
-    /// Until it was on disk.
+    /// Writing to the store.
     pub record: f64,
 }
 
-/// Outcome of a visit. When it is told, it is on disk, and so is its alarm.
+/// Outcome of a visit. It is on disk before it is sent, and so is its alarm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VisitReply {
-    /// Where.
+    /// Name of the waypoint.
     pub waypoint: String,
     /// quiet, changed or not_observed.
     pub verdict: String,
-    /// Why.
+    /// One line.
     pub reason: String,
     /// Sequence number of the visit.
     pub visit_id: i64,
-    /// Its alarm.
+    /// `None` for a visit without an alarm.
     pub alarm: Option<AlarmReply>,
     /// Alarms that it cleared.
     pub cleared: Vec<i64>,
@@ -45,26 +45,26 @@ pub struct VisitReply {
     pub d_gmm: Option<f64>,
     /// The threshold in force.
     pub u_th: f64,
-    /// Where the robot stood.
+    /// From the reference's to the visit's frame.
     pub pose_correction: Option<PoseCorrection>,
-    /// Version of the reference.
+    /// Version of the reference; 0 without one.
     pub reference_version: i64,
-    /// Frame of the positions below: waypoint/reference version.
+    /// Frame of the novelties: waypoint/reference version.
     pub frame: String,
-    /// What came and went.
+    /// What appeared and disappeared.
     pub novelties: Vec<NoveltyRecord>,
-    /// How good the sweep was; null where there was none.
-    pub sweep: Option<Quality>,
-    /// How long it took.
+    /// Null where there was no sweep.
+    pub sweep: Option<SweepQuality>,
+    /// Durations.
     pub timing_ms: StepTiming,
 }
 
 impl VisitReply {
-    /// The verdict; a word that is none counts as not observed.
+    /// The verdict as an enum; an unknown value counts as not observed.
     pub fn verdict(&self) -> Verdict {
         [Verdict::Quiet, Verdict::Changed]
             .into_iter()
-            .find(|v| v.word() == self.verdict)
+            .find(|v| v.as_str() == self.verdict)
             .unwrap_or(Verdict::NotObserved)
     }
 }
@@ -72,7 +72,7 @@ impl VisitReply {
 /// Outcome of taking a reference.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TeachReply {
-    /// Where.
+    /// Name of the waypoint.
     pub waypoint: String,
     /// The new version.
     pub version: i64,
@@ -80,47 +80,40 @@ pub struct TeachReply {
     pub points: usize,
     /// Components of its mixture.
     pub components: usize,
-    /// How good the sweep was.
-    pub sweep: Quality,
-    /// How long it took.
+    /// Quality of its sweep.
+    pub sweep: SweepQuality,
+    /// Durations.
     pub timing_ms: StepTiming,
 }
 
-/// A sweep handed out.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SweepReply {
-    /// The points in the base's frame, as PLY.
-    pub ply: Vec<u8>,
-    /// About them.
-    pub about: SweepAbout,
+pub(super) struct SweepReply {
+    /// Points in the base's frame.
+    pub(super) ply: Vec<u8>,
+    pub(super) info: SweepInfo,
 }
 
-/// What goes with the points of a sweep.
+/// Sent with the points of a bare sweep.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SweepAbout {
-    /// Points.
+pub struct SweepInfo {
+    /// Number of points.
     pub points: usize,
-    /// Where the laser was half-way, metres in the base's frame.
+    /// Position of the laser half-way, metres in the base's frame.
     pub origin: [f64; 3],
-    /// How good the sweep was.
-    pub sweep: Quality,
-    /// Why it would not be judged; null where it would.
+    /// Quality of the sweep.
+    pub sweep: SweepQuality,
+    /// Why a visit would not judge it; null where it would.
     pub fault: Option<String>,
-    /// How long it took.
+    /// Durations.
     pub timing_ms: StepTiming,
 }
 
-/// Outcome of any request.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Reply {
-    /// Of a visit.
+pub(super) enum ServiceReply {
     Visit(Box<VisitReply>),
-    /// Of taking a reference.
     Teach(Box<TeachReply>),
-    /// Of a sweep.
     Sweep(Box<SweepReply>),
-    /// None.
-    Refused(Refusal),
+    Refused(RefusalReason),
 }
 
 /// The devices in the status.
@@ -130,53 +123,52 @@ pub struct DevicesStatus {
     pub state: String,
     /// Why they are lost.
     pub reason: Option<String>,
-    /// Who answered when they were opened last.
+    /// The devices as they were last connected.
     pub identity: serde_json::Value,
-    /// How long the head took back to the begin of the last sweep, while that was judged, on the devices' clock; null where
-    /// it did not come there.
+    /// Duration of the head's return to the start of the last sweep, on the devices' clock; null where it did not get there.
     #[serde(default)]
     pub return_ms: Option<f64>,
 }
 
-/// The request in hand in the status.
+/// The request being served, in the status.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CurrentStatus {
     /// visit, teach or sweep.
     pub task: String,
-    /// Where; empty for a bare sweep.
+    /// Empty for a bare sweep.
     pub waypoint: String,
 }
 
-/// What the service is doing.
+/// Answer to `GET /status`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StatusReply {
     /// Version of the program.
     pub version: String,
     /// Name of the robot.
     pub robot: String,
-    /// Process.
+    /// Process id of the service.
     pub pid: u32,
-    /// When the service began.
+    /// RFC 3339, UTC.
     pub started_at: String,
     /// starting, idle, preparing, sweeping, judging, recording, devices lost or stopping.
     pub phase: String,
-    /// The devices.
+    /// Laser and head.
     pub devices: DevicesStatus,
-    /// The request in hand.
+    /// The request being served.
     pub current: Option<CurrentStatus>,
-    /// Requests that wait behind it.
+    /// Requests queued behind it.
     pub waiting: usize,
     /// Configuration files in force.
     pub config_files: Vec<String>,
-    /// When they were put in force.
+    /// RFC 3339, UTC.
     pub config_loaded_at: String,
     /// The store's folder.
     pub store_dir: String,
 }
 
-/// An error, as one line.
+/// An error.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ErrorReply {
-    /// The line.
+    /// One line.
     pub error: String,
 }

@@ -1,21 +1,21 @@
-//! The service from its first to its last moment: one loop over messages, time and what the world outside wants.
+//! Runs the service: setup, the loop over messages, ticks and commands, and the end.
 
 use super::api;
-use super::conduct::{Conductor, Hands};
-use super::constants::{LAST_WORDS_LIMIT, LAST_WRITES_LIMIT, STOP_LIMIT, TICK};
+use super::constants::{FLUSH_LIMIT, REPLY_LIMIT, STOP_LIMIT, TICK};
+use super::controller::{Controller, Services};
 use super::error::ServiceError;
-use super::ledger::Ledger;
 use super::lock::StoreLock;
-use super::logging::{self, LogLevel};
-use super::message::{Control, Message};
+use super::logging::{self, LogLevelHandle};
+use super::message::{ServiceCommand, ServiceMessage};
+use super::record_time::record_time_now;
 use super::replies::StatusReply;
-use super::robot::{Connect, Notes};
-use super::robot_thread::RobotThread;
+use super::scanner::{DeviceNoteSink, ScannerConnector};
+use super::scanner_thread::ScannerThread;
 use super::socket;
-use super::stamp::stamp_now;
-use super::station::StationConnect;
-use super::systemd::Systemd;
-use crate::config::{Loaded, load};
+use super::station_scanner::StationConnector;
+use super::store_writer::StoreWriter;
+use super::systemd::SystemdNotifier;
+use crate::config::{LoadedConfig, load};
 use crate::store::Store;
 use link::Clock;
 use std::future::Future;
@@ -27,25 +27,25 @@ use tokio::sync::mpsc::{self, Receiver, UnboundedSender};
 use tokio::sync::{oneshot, watch};
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-/// What a service is made of.
-pub struct Plan {
-    /// The configuration in force at the start.
-    pub loaded: Loaded,
-    /// The file it came from, read again at a reload.
-    pub config: Option<PathBuf>,
-    /// The clock of the devices and of every deadline about them.
+/// What a service is built from.
+pub struct ServiceParts {
+    /// Configuration at the start.
+    pub loaded: LoadedConfig,
+    /// Read again at a reload; `None` is the default file.
+    pub config_path: Option<PathBuf>,
+    /// The devices' clock; their deadlines follow it.
     pub clock: Clock,
-    /// Connects the robot.
-    pub connect: Box<dyn Connect>,
-    /// Changes how much is logged, where this process logs.
-    pub log: Option<LogLevel>,
+    /// Connects the laser and the head.
+    pub connector: Box<dyn ScannerConnector>,
+    /// Lets a reload change the log level; `None` where the embedding program logs.
+    pub log: Option<LogLevelHandle>,
 }
 
-/// Runs the service with the configuration in `config` (or the default file) until SIGTERM or SIGINT; SIGHUP reads
-/// the configuration again. The devices live in the time of `clock`.
+/// Runs the service with the configuration in `config` (or the default file) until SIGTERM or SIGINT; SIGHUP reloads the
+/// configuration. The devices run on `clock`.
 ///
 /// # Errors
-/// Wrong configuration, a store or socket that cannot be used. Devices that are absent are no error.
+/// Wrong configuration, a store or socket that cannot be used. Absent devices are no error.
 pub fn run(config: Option<&Path>, clock: Clock) -> Result<(), ServiceError> {
     let loaded = load(config, &[]).map_err(ServiceError::Config)?;
     let log = logging::start(&loaded.settings.log);
@@ -55,53 +55,56 @@ pub fn run(config: Option<&Path>, clock: Clock) -> Result<(), ServiceError> {
         .enable_all()
         .build()
         .map_err(system("the asynchronous runtime"))?;
-    let plan = Plan {
+    let parts = ServiceParts {
         loaded,
-        config: config.map(Path::to_owned),
-        connect: Box::new(StationConnect::new(clock.clone())),
+        config_path: config.map(Path::to_owned),
+        connector: Box::new(StationConnector::new(clock.clone())),
         clock,
         log,
     };
-    let ended = runtime.block_on(async {
-        let controls = signals().map_err(system("signals"))?;
-        serve(plan, controls).await
+    let result = runtime.block_on(async {
+        let commands = signals().map_err(system("the signal handlers"))?;
+        serve(parts, commands).await
     });
-    // A judgement under way is not waited for.
+    // Does not wait for a sweep that is being judged.
     runtime.shutdown_background();
-    ended
+    result
 }
 
-/// Runs a service inside another program until `shutdown` is ready.
+/// Runs a service inside another program until `shutdown` completes.
 ///
 /// # Errors
 /// As [`run`].
-pub async fn run_until(plan: Plan, shutdown: impl Future<Output = ()>) -> Result<(), ServiceError> {
-    let (controls, receiver) = mpsc::channel(1);
+pub async fn run_until(
+    parts: ServiceParts,
+    shutdown: impl Future<Output = ()>,
+) -> Result<(), ServiceError> {
+    let (commands, receiver) = mpsc::channel(1);
     let stop = async {
         shutdown.await;
         // The service may have ended already.
-        let _ = controls.send(Control::Stop).await;
+        let _ = commands.send(ServiceCommand::Stop).await;
         std::future::pending::<()>().await;
     };
     tokio::select! {
-        ended = serve(plan, receiver) => ended,
+        result = serve(parts, receiver) => result,
         () = stop => Ok(()),
     }
 }
 
-fn signals() -> std::io::Result<Receiver<Control>> {
+fn signals() -> std::io::Result<Receiver<ServiceCommand>> {
     let mut hangup = signal(SignalKind::hangup())?;
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
-    let (controls, receiver) = mpsc::channel(4);
+    let (commands, receiver) = mpsc::channel(4);
     tokio::spawn(async move {
         loop {
-            let control = tokio::select! {
-                _ = hangup.recv() => Control::Reload,
-                _ = terminate.recv() => Control::Stop,
-                _ = interrupt.recv() => Control::Stop,
+            let command = tokio::select! {
+                _ = hangup.recv() => ServiceCommand::Reload,
+                _ = terminate.recv() => ServiceCommand::Stop,
+                _ = interrupt.recv() => ServiceCommand::Stop,
             };
-            if controls.send(control).await.is_err() {
+            if commands.send(command).await.is_err() {
                 return;
             }
         }
@@ -109,102 +112,112 @@ fn signals() -> std::io::Result<Receiver<Control>> {
     Ok(receiver)
 }
 
-/// Runs a service; `controls` reload and stop it, and its end stops it too.
+/// Runs a service until `commands` stops it or is closed.
 ///
 /// # Errors
 /// As [`run`].
-pub async fn serve(plan: Plan, mut controls: Receiver<Control>) -> Result<(), ServiceError> {
-    let settings = Arc::new(plan.loaded.settings.clone());
-    let lock = StoreLock::take(&settings.store.dir)?;
+pub async fn serve(
+    parts: ServiceParts,
+    mut commands: Receiver<ServiceCommand>,
+) -> Result<(), ServiceError> {
+    let settings = Arc::new(parts.loaded.settings.clone());
+    let lock = StoreLock::acquire(&settings.store.dir)?;
     let mut store = Store::open(&settings.store.dir)?;
-    store.sweep_orphans()?;
+    store.delete_orphans()?;
     let (listener, socket_file) = socket::listen(&settings.api.socket, settings.api.socket_mode)?;
     let (inbox, mut messages) = mpsc::unbounded_channel();
-    let (status, status_reader) = watch::channel(first_status(&plan.loaded));
-    let (stop_web, web_stopped) = oneshot::channel();
-    let web = tokio::spawn(api::serve(
+    let (status, status_reader) = watch::channel(initial_status(&parts.loaded));
+    let (stop_api, api_stopped) = oneshot::channel();
+    let api_task = tokio::spawn(api::serve(
         listener,
         inbox.clone(),
         status_reader,
-        web_stopped,
+        api_stopped,
     ));
-    let hands = hands(plan.connect, plan.clock, store, plan.log, &inbox, status)?;
-    let mut conductor = Conductor::start(hands, settings);
-    conductor.announce();
+    let services = start_services(
+        parts.connector,
+        parts.clock,
+        store,
+        parts.log,
+        &inbox,
+        status,
+    )?;
+    let mut controller = Controller::start(services, settings);
+    controller.notify_ready();
 
     let mut ticks = interval(TICK);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut stop_by = None;
-    while !conductor.has_exited() && stop_by.is_none_or(|at| Instant::now() < at) {
+    while !controller.has_exited() && stop_by.is_none_or(|at| Instant::now() < at) {
         tokio::select! {
-            Some(message) = messages.recv() => conductor.take(message),
-            _ = ticks.tick() => conductor.tick(),
-            control = controls.recv(), if stop_by.is_none() => match control {
-                Some(Control::Reload) => {
-                    conductor.reloading();
-                    reread(plan.config.clone(), inbox.clone());
+            Some(message) = messages.recv() => controller.handle_message(message),
+            _ = ticks.tick() => controller.tick(),
+            command = commands.recv(), if stop_by.is_none() => match command {
+                Some(ServiceCommand::Reload) => {
+                    controller.notify_reloading();
+                    read_config(parts.config_path.clone(), inbox.clone());
                 }
-                Some(Control::Stop) | None => {
+                Some(ServiceCommand::Stop) | None => {
                     stop_by = Some(Instant::now() + STOP_LIMIT);
-                    conductor.stop();
+                    controller.stop();
                 }
             },
         }
     }
     drop(socket_file);
     let left = stop_by.map(|at| at.saturating_duration_since(Instant::now()));
-    conductor.finish(left.unwrap_or_default().max(LAST_WRITES_LIMIT));
-    // Nobody takes requests any more; answers that were given are still on their way out.
-    drop((messages, stop_web));
-    if timeout(LAST_WORDS_LIMIT, web).await.is_err() {
-        tracing::debug!("an asker did not read its answer");
+    controller.finish(left.unwrap_or_default().max(FLUSH_LIMIT));
+    // Refuses new requests and sends the last replies.
+    drop((messages, stop_api));
+    if timeout(REPLY_LIMIT, api_task).await.is_err() {
+        tracing::debug!("a client did not read its reply in time");
     }
     drop(lock);
     Ok(())
 }
 
-fn hands(
-    connect: Box<dyn Connect>,
+fn start_services(
+    connector: Box<dyn ScannerConnector>,
     clock: Clock,
     store: Store,
-    log: Option<LogLevel>,
-    inbox: &UnboundedSender<Message>,
+    log: Option<LogLevelHandle>,
+    inbox: &UnboundedSender<ServiceMessage>,
     status: watch::Sender<StatusReply>,
-) -> Result<Hands, ServiceError> {
-    let thread = |source| ServiceError::System {
+) -> Result<Services, ServiceError> {
+    let thread_error = |source| ServiceError::System {
         what: "a thread",
         source,
     };
-    let (to_loop, from_robot) = (inbox.clone(), inbox.clone());
-    let notes = Notes::new(move |level, device, text| {
+    let (note_inbox, event_inbox) = (inbox.clone(), inbox.clone());
+    let notes = DeviceNoteSink::new(move |severity, device, text| {
         // The loop may have ended before the devices.
-        let _ = to_loop.send(Message::Note(level, device.to_owned(), text));
+        let _ = note_inbox.send(ServiceMessage::Note(severity, device.to_owned(), text));
     });
-    let robot = RobotThread::spawn(connect, clock, notes, move |event| {
-        let _ = from_robot.send(Message::Robot(event));
+    let scanner = ScannerThread::spawn(connector, clock, notes, move |event| {
+        let _ = event_inbox.send(ServiceMessage::Scanner(event));
     })
-    .map_err(thread)?;
-    Ok(Hands {
-        robot,
-        ledger: Ledger::spawn(store).map_err(thread)?,
-        systemd: Systemd::from_environment(),
+    .map_err(thread_error)?;
+    Ok(Services {
+        scanner,
+        writer: StoreWriter::spawn(store).map_err(thread_error)?,
+        systemd: SystemdNotifier::from_environment(),
         log,
         inbox: inbox.clone(),
         status,
     })
 }
 
-fn reread(config: Option<PathBuf>, inbox: UnboundedSender<Message>) {
+fn read_config(path: Option<PathBuf>, inbox: UnboundedSender<ServiceMessage>) {
     tokio::task::spawn_blocking(move || {
-        let read = load(config.as_deref(), &[]).map(Box::new);
+        let result = load(path.as_deref(), &[]).map(Box::new);
         // The loop may have ended meanwhile.
-        let _ = inbox.send(Message::Reread(read));
+        let _ = inbox.send(ServiceMessage::ConfigRead(result));
     });
 }
 
-fn first_status(loaded: &Loaded) -> StatusReply {
+fn initial_status(loaded: &LoadedConfig) -> StatusReply {
     let settings = &loaded.settings;
-    let now = stamp_now().text();
+    let now = record_time_now().to_rfc3339();
     StatusReply {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         robot: settings.robot.name.clone(),

@@ -1,65 +1,66 @@
-//! What systemd is told. Without systemd every message goes nowhere.
+//! Notifications to systemd (sd_notify). Without systemd they do nothing.
 
-use super::constants::WATCHDOG_SHARE;
+use super::constants::WATCHDOG_INTERVAL_SHARE;
 use sd_notify::NotifyState;
 use std::time::{Duration, Instant};
 
-/// The line to systemd.
 #[derive(Debug)]
-pub struct Systemd {
-    feed_every: Option<Duration>,
-    fed: Option<Instant>,
+pub(super) struct SystemdNotifier {
+    /// `None` without a watchdog.
+    feed_interval: Option<Duration>,
+    last_fed: Option<Instant>,
     status: String,
 }
 
-impl Systemd {
-    /// Asks the environment what systemd wants.
-    pub fn from_environment() -> Self {
+impl SystemdNotifier {
+    /// Reads what systemd put into the environment.
+    pub(super) fn from_environment() -> Self {
         Self {
-            feed_every: sd_notify::watchdog_enabled().map(|p| p.mul_f64(WATCHDOG_SHARE)),
-            fed: None,
+            feed_interval: sd_notify::watchdog_enabled()
+                .map(|p| p.mul_f64(WATCHDOG_INTERVAL_SHARE)),
+            last_fed: None,
             status: String::new(),
         }
     }
 
-    /// The service answers; also the end of a reload.
-    pub fn ready(&self) {
-        tell(&[NotifyState::Ready]);
+    /// At the start, and at the end of a reload.
+    pub(super) fn ready(&self) {
+        notify(&[NotifyState::Ready]);
     }
 
-    /// The configuration is being read again.
-    pub fn reloading(&self) {
+    pub(super) fn reloading(&self) {
         match NotifyState::monotonic_usec_now() {
-            Ok(now) => tell(&[NotifyState::Reloading, now]),
+            Ok(now) => notify(&[NotifyState::Reloading, now]),
             Err(error) => tracing::warn!("no monotonic clock: {error}"),
         }
     }
 
-    /// The service is ending.
-    pub fn stopping(&self) {
-        tell(&[NotifyState::Stopping]);
+    pub(super) fn stopping(&self) {
+        notify(&[NotifyState::Stopping]);
     }
 
-    /// One line about what the service does; said when it changes.
-    pub fn status(&mut self, line: String) {
+    /// One line on what the service does; sent where it changed.
+    pub(super) fn status(&mut self, line: String) {
         if line != self.status {
-            tell(&[NotifyState::Status(&line)]);
+            notify(&[NotifyState::Status(&line)]);
             self.status = line;
         }
     }
 
-    /// Called in every turn of the loop that does the work; feeds the watchdog when due.
-    pub fn alive(&mut self) {
-        let Some(every) = self.feed_every else { return };
-        if self.fed.is_none_or(|at| at.elapsed() >= every) {
-            tell(&[NotifyState::Watchdog]);
-            self.fed = Some(Instant::now());
+    /// Called at every tick of the loop; notifies the watchdog when due.
+    pub(super) fn feed_watchdog(&mut self) {
+        let Some(every) = self.feed_interval else {
+            return;
+        };
+        if self.last_fed.is_none_or(|at| at.elapsed() >= every) {
+            notify(&[NotifyState::Watchdog]);
+            self.last_fed = Some(Instant::now());
         }
     }
 }
 
-fn tell(states: &[NotifyState<'_>]) {
+fn notify(states: &[NotifyState<'_>]) {
     if let Err(error) = sd_notify::notify(states) {
-        tracing::debug!("systemd is not told: {error}");
+        tracing::debug!("systemd not notified: {error}");
     }
 }

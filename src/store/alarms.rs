@@ -1,69 +1,69 @@
-//! The alarm log: raising, folding, clearing, acknowledging and the guard's queries.
+//! The alarm log: alarms are raised, extended, acknowledged, cleared and listed.
 
+use super::connection::{RecordTime, Store, time_text};
 use super::error::StoreError;
-use super::handle::{Stamp, Store, time_text};
-use super::novelties::{novelties, sighting};
-use super::waypoints::named_in_log;
-use crate::alarm::{Incident, State};
+use super::lookup::check_in_log;
+use super::novelties::{novelties, to_sighting};
+use crate::alarm::{AlarmState, Incident};
 use patrold_engine::report::NoveltyRecord;
 use rusqlite::{Connection, OptionalExtension, Transaction, params, params_from_iter};
 use serde::Serialize;
 
-/// Which alarms are asked for; what is `None` does not matter.
+/// Which alarms to list; `None`: any.
 #[derive(Debug, Clone, Default)]
 pub struct AlarmFilter {
-    /// Last seen at or after this time.
+    /// Last seen at or after.
     pub since: Option<jiff::Timestamp>,
-    /// Raised at or before this time.
+    /// Raised at or before.
     pub until: Option<jiff::Timestamp>,
-    /// At this waypoint.
+    /// Name of the waypoint.
     pub waypoint: Option<String>,
-    /// In this state.
-    pub state: Option<State>,
-    /// Only the newest so many.
+    /// State.
+    pub state: Option<AlarmState>,
+    /// The newest N.
     pub limit: Option<u32>,
 }
 
-/// One alarm as the log shows it.
+/// An alarm with its first visit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AlarmRow {
-    /// Its number.
+    /// Number of the alarm.
     pub id: i64,
-    /// Where.
+    /// Name of the waypoint.
     pub waypoint: String,
     /// open, acknowledged or cleared.
     pub state: String,
-    /// When it was raised.
+    /// When it was raised, RFC 3339.
     pub raised_at: String,
-    /// When its change was last seen.
+    /// When its change was last seen, RFC 3339.
     pub last_seen_at: String,
-    /// Visits that saw it.
+    /// Number of visits that saw the change.
     pub visits: i64,
-    /// Run of the machine in which it was raised.
+    /// The kernel's boot id when it was raised.
     pub boot_id: String,
-    /// Distance of the visit that raised it.
+    /// d_GMM of the visit that raised it.
     pub d_gmm: Option<f64>,
-    /// The threshold then in force.
+    /// U_th then in force.
     pub u_th: Option<f64>,
-    /// Ground distance of both (w2, euclid: metres; fm: no unit), where the visit's engine says so.
+    /// Ground distance of both: w2 or euclid (metres), fm (no unit); `None` for visits of older versions.
     pub ground: Option<String>,
-    /// That visit's reason.
+    /// Reason of that verdict.
     pub reason: String,
     /// Sequence number of that visit.
     pub visit_id: i64,
-    /// Frame of the positions below.
+    /// Frame of the novelties: NAME/VERSION of the reference.
     pub frame: String,
-    /// What came or went, as the visit that raised it saw it.
+    /// Novelties of that visit.
     pub novelties: Vec<NoveltyRecord>,
-    /// When it was acknowledged.
+    /// When it was acknowledged, RFC 3339.
     pub acknowledged_at: Option<String>,
-    /// By whom.
+    /// Who acknowledged it.
     pub acknowledged_by: Option<String>,
-    /// What they noted.
+    /// Notes, one line each.
     pub note: Option<String>,
-    /// When it was cleared.
+    /// When it was cleared, RFC 3339.
     pub cleared_at: Option<String>,
-    /// Why.
+    /// Why it was cleared.
     pub cleared_because: Option<String>,
 }
 
@@ -78,7 +78,7 @@ impl Store {
     /// Alarms that match, newest first.
     ///
     /// # Errors
-    /// A waypoint that the log never heard of, or the database refuses.
+    /// A waypoint name that the log does not know, or the database fails.
     pub fn alarms(&self, filter: &AlarmFilter) -> Result<Vec<AlarmRow>, StoreError> {
         let mut conditions = Vec::new();
         let mut values: Vec<String> = Vec::new();
@@ -91,17 +91,17 @@ impl Store {
         require("a.last_seen_at >=", filter.since.map(time_text));
         require("a.raised_at <=", filter.until.map(time_text));
         require("w.name =", filter.waypoint.clone());
-        require("a.state =", filter.state.map(|s| s.word().to_owned()));
-        let wanted = if conditions.is_empty() {
+        require("a.state =", filter.state.map(|s| s.as_str().to_owned()));
+        let condition = if conditions.is_empty() {
             String::new()
         } else {
             format!("WHERE {}", conditions.join(" AND "))
         };
         let limit = filter.limit.map_or(-1, i64::from);
-        let sql = format!("{SELECT} {wanted} ORDER BY a.id DESC LIMIT {limit}");
-        self.read(|db| {
+        let sql = format!("{SELECT} {condition} ORDER BY a.id DESC LIMIT {limit}");
+        self.query(|db| {
             if let Some(name) = &filter.waypoint {
-                named_in_log(db, name)?;
+                check_in_log(db, name)?;
             }
             let mut query = db.prepare(&sql)?;
             let rows = query.query_map(params_from_iter(values), read_row)?;
@@ -109,16 +109,16 @@ impl Store {
         })
     }
 
-    /// One alarm.
+    /// The alarm with this number.
     ///
     /// # Errors
     /// No such alarm.
     pub fn alarm(&self, id: i64) -> Result<AlarmRow, StoreError> {
-        self.read(|db| alarm(db, id))
+        self.query(|db| find_alarm(db, id))
     }
 
-    /// Somebody saw the alarm. The first to do so stays on record; the notes of later ones are added to it, with
-    /// their names. A cleared alarm stays cleared, with the name beside it.
+    /// Acknowledges an alarm. The first name stays; notes of later ones are appended with their names. A cleared alarm
+    /// stays cleared.
     ///
     /// # Errors
     /// No such alarm.
@@ -127,10 +127,10 @@ impl Store {
         id: i64,
         by: &str,
         note: Option<&str>,
-        stamp: &Stamp,
+        stamp: &RecordTime,
     ) -> Result<AlarmRow, StoreError> {
-        self.change(|change| {
-            let before = alarm(change, id)?;
+        self.transaction(|change| {
+            let before = find_alarm(change, id)?;
             let is_first = before.acknowledged_at.is_none();
             let added = note.map(|text| {
                 if is_first {
@@ -146,14 +146,14 @@ impl Store {
                                   acknowledged_at = coalesce(acknowledged_at, ?2),
                                   acknowledged_by = coalesce(acknowledged_by, ?3), note = ?4
                  WHERE id = ?1",
-                params![id, stamp.text(), by, note],
+                params![id, stamp.to_rfc3339(), by, note],
             )?;
-            alarm(change, id)
+            find_alarm(change, id)
         })
     }
 }
 
-fn alarm(db: &Connection, id: i64) -> Result<AlarmRow, StoreError> {
+fn find_alarm(db: &Connection, id: i64) -> Result<AlarmRow, StoreError> {
     let row = db
         .query_row(&format!("{SELECT} WHERE a.id = ?1"), [id], read_row)
         .optional()?;
@@ -200,7 +200,7 @@ fn ground_of(engine: &str) -> Option<String> {
     Some(engine.get("ground")?.as_str()?.to_owned())
 }
 
-/// The alarms of a waypoint that are not cleared, with all that their first and last visit saw.
+/// The alarms of a waypoint that are not cleared, with what their first and last visit saw.
 pub(super) fn standing(db: &Connection, waypoint_id: i64) -> Result<Vec<Incident>, StoreError> {
     let mut query = db.prepare(
         "SELECT id FROM alarm WHERE waypoint_id = ?1 AND state <> 'cleared' ORDER BY id",
@@ -208,11 +208,11 @@ pub(super) fn standing(db: &Connection, waypoint_id: i64) -> Result<Vec<Incident
     let ids: Vec<i64> = query
         .query_map([waypoint_id], |row| row.get(0))?
         .collect::<Result<_, _>>()?;
-    let which = "visit_id IN (SELECT first_visit_id FROM alarm WHERE id = ?1
+    let condition = "visit_id IN (SELECT first_visit_id FROM alarm WHERE id = ?1
                  UNION SELECT last_visit_id FROM alarm WHERE id = ?1)";
     let incident = |id: i64| {
-        let seen = novelties(db, which, id)?;
-        let sightings = seen.iter().map(sighting).collect();
+        let seen = novelties(db, condition, id)?;
+        let sightings = seen.iter().map(to_sighting).collect();
         Ok(Incident { id, sightings })
     };
     ids.into_iter().map(incident).collect()
@@ -222,33 +222,33 @@ pub(super) fn raise(
     change: &Transaction<'_>,
     waypoint_id: i64,
     visit_id: i64,
-    stamp: &Stamp,
+    stamp: &RecordTime,
 ) -> Result<i64, StoreError> {
     change.execute(
         "INSERT INTO alarm (waypoint_id, raised_at, boot_id, first_visit_id, last_visit_id, last_seen_at, state)
          VALUES (?1, ?2, ?3, ?4, ?4, ?2, 'open')",
-        params![waypoint_id, stamp.text(), stamp.boot_id, visit_id],
+        params![waypoint_id, stamp.to_rfc3339(), stamp.boot_id, visit_id],
     )?;
     let id = change.last_insert_rowid();
-    link(change, id, visit_id)?;
+    link_visit(change, id, visit_id)?;
     Ok(id)
 }
 
-pub(super) fn fold(
+pub(super) fn extend(
     change: &Transaction<'_>,
     id: i64,
     visit_id: i64,
-    stamp: &Stamp,
+    stamp: &RecordTime,
 ) -> Result<(), StoreError> {
     change.execute(
         "UPDATE alarm SET last_visit_id = ?2, last_seen_at = ?3, visits = visits + 1 WHERE id = ?1",
-        params![id, visit_id, stamp.text()],
+        params![id, visit_id, stamp.to_rfc3339()],
     )?;
-    link(change, id, visit_id)
+    link_visit(change, id, visit_id)
 }
 
 /// Makes a visit evidence of an alarm.
-fn link(change: &Transaction<'_>, id: i64, visit_id: i64) -> Result<(), StoreError> {
+fn link_visit(change: &Transaction<'_>, id: i64, visit_id: i64) -> Result<(), StoreError> {
     change.execute(
         "UPDATE visit SET alarm_id = ?2 WHERE id = ?1",
         params![visit_id, id],
@@ -264,8 +264,8 @@ pub(super) fn clear(db: &Connection, id: i64, at: &str, because: &str) -> Result
     Ok(())
 }
 
-/// Clears all alarms that stand at a waypoint.
-pub(super) fn clear_standing(
+/// Clears all alarms of a waypoint.
+pub(super) fn clear_all(
     db: &Connection,
     waypoint_id: i64,
     at: &str,

@@ -1,4 +1,4 @@
-//! What can go wrong with the store, told with the file and what to do.
+//! Errors of the store, each with the file and what to do.
 
 use patrold_engine::blob::BlobError;
 use rusqlite::ErrorCode;
@@ -10,15 +10,15 @@ pub enum StoreError {
     /// A file or folder of the store cannot be used.
     #[error("{}: {source}; check that the folder exists and that this user may write to it", path.display())]
     File {
-        /// The file or folder.
+        /// File or folder.
         path: PathBuf,
-        /// What the system said.
+        /// System error.
         source: std::io::Error,
     },
     /// There is no database yet.
     #[error("{}: no database here; start `patrold run` once, or set store.dir", path.display())]
     NoDatabase {
-        /// Where it was looked for.
+        /// Where it was expected.
         path: PathBuf,
     },
     /// The database belongs to another program.
@@ -26,43 +26,43 @@ pub enum StoreError {
     Foreign {
         /// The database.
         path: PathBuf,
-        /// The application id that it carries.
+        /// Its application id.
         got: i32,
     },
     /// The database was written by a newer program.
-    #[error("{}: written by a newer patrold; install that version, this one would lose data", path.display())]
+    #[error("{}: written by a newer patrold; install that version", path.display())]
     Newer {
         /// The database.
         path: PathBuf,
     },
     /// The database was written by an older program, and a reader must not change it.
-    #[error("{}: written by an older patrold; start `patrold run` once, which brings it up to date", path.display())]
+    #[error("{}: written by an older patrold; start `patrold run` once to migrate it", path.display())]
     Older {
         /// The database.
         path: PathBuf,
     },
-    /// SQLite refused.
-    #[error("{}: {}", path.display(), told(source))]
+    /// SQLite failed.
+    #[error("{}: {}", path.display(), sqlite_text(source))]
     Sqlite {
         /// The database.
         path: PathBuf,
-        /// What SQLite said.
+        /// SQLite error.
         source: rusqlite::Error,
     },
-    /// A migration failed; the database is as it was.
-    #[error("{}: cannot be brought up to date: {source}; it is as it was: use the patrold that wrote it", path.display())]
+    /// A migration failed; the database is unchanged.
+    #[error("{}: migration failed: {source}; the database is unchanged, use the patrold that wrote it", path.display())]
     Migration {
         /// The database.
         path: PathBuf,
-        /// What went wrong.
+        /// Migration error.
         source: rusqlite_migration::Error,
     },
     /// No waypoint of that name.
     #[error("unknown waypoint {name:?}; known: {known}; teach it first: patrold teach {name}")]
     UnknownWaypoint {
-        /// The name asked for.
+        /// Name asked for.
         name: String,
-        /// The names there are.
+        /// Known names.
         known: String,
     },
     /// The waypoint has no reference.
@@ -71,53 +71,53 @@ pub enum StoreError {
         /// Its name.
         name: String,
     },
-    /// No alarm of that number.
-    #[error("no alarm {0}; `patrold alarms list` shows those there are")]
+    /// No alarm with that number.
+    #[error("no alarm {0}; `patrold alarms list` lists them")]
     UnknownAlarm(i64),
-    /// A name that the log has never heard of.
+    /// No waypoint, known or forgotten, had that name.
     #[error("unknown waypoint {name:?}; the log knows: {known}")]
     NotInLog {
-        /// The name asked for.
+        /// Name asked for.
         name: String,
-        /// The names there are, forgotten ones too.
+        /// All names, forgotten ones too.
         known: String,
     },
-    /// No visit of that number.
+    /// No visit with that number.
     #[error("no visit {0}; `patrold alarms list --json` names the visit of each alarm")]
     UnknownVisit(i64),
-    /// What a row spoke of is not kept, or never was.
-    #[error("{what} is not kept: {why}")]
+    /// The data of a row was deleted, or never stored.
+    #[error("{what} is not in the store: {why}")]
     NotKept {
         /// What was asked for.
         what: String,
-        /// Why it is not there.
+        /// Why there is none.
         why: &'static str,
     },
-    /// A stored file is not what its name says.
+    /// The content of a stored file does not match its name.
     #[error("{what}: expected {expected}, got {got}")]
     Changed {
-        /// Which file.
+        /// File.
         what: String,
-        /// What was expected.
+        /// Content that the name stands for.
         expected: String,
-        /// What was found.
+        /// Hash of the content.
         got: String,
     },
-    /// A stored view or mixture does not read.
+    /// A stored view or mixture cannot be decoded.
     #[error(transparent)]
     Blob(#[from] BlobError),
-    /// A stored text does not read.
+    /// A stored JSON text cannot be read or written.
     #[error("stored {what}: {source}")]
     Record {
-        /// Which text.
+        /// Kind of record.
         what: &'static str,
-        /// Why.
+        /// JSON error.
         source: serde_json::Error,
     },
 }
 
 impl From<rusqlite::Error> for StoreError {
-    /// Not yet with its file: [`StoreError::in_database`] names it, at the border of the room.
+    /// Without a path; [`StoreError::with_path`] adds it.
     fn from(source: rusqlite::Error) -> Self {
         let path = PathBuf::new();
         Self::Sqlite { path, source }
@@ -125,8 +125,8 @@ impl From<rusqlite::Error> for StoreError {
 }
 
 impl StoreError {
-    /// The same failure, naming the database in which it happened.
-    pub(super) fn in_database(self, path: &Path) -> Self {
+    /// Adds the path of the database.
+    pub(super) fn with_path(self, path: &Path) -> Self {
         let path = path.to_owned();
         match self {
             Self::Sqlite { source, .. } => Self::Sqlite { path, source },
@@ -136,8 +136,8 @@ impl StoreError {
     }
 }
 
-/// What SQLite said, and what to do about it.
-fn told(source: &rusqlite::Error) -> String {
+/// The error of SQLite, with advice.
+fn sqlite_text(source: &rusqlite::Error) -> String {
     let advice = match source.sqlite_error_code() {
         Some(ErrorCode::NotADatabase | ErrorCode::DatabaseCorrupt) => {
             return format!(
@@ -146,13 +146,13 @@ fn told(source: &rusqlite::Error) -> String {
         }
         Some(ErrorCode::CannotOpen) => "check that this user may read and write it and its folder",
         Some(ErrorCode::ReadOnly | ErrorCode::PermissionDenied) => {
-            "this user may not write it: readers too need to write to its folder; join the folder's group"
+            "readers too need write access to its folder; add this user to the folder's group"
         }
         Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => {
-            "another program is writing to it; try again, and look for one that hangs"
+            "another program is writing to it; try again"
         }
         Some(ErrorCode::DiskFull) => "the disk is full; make room or lower store.keep_gib",
-        Some(ErrorCode::SystemIoFailure) => "the disk fails; check it and the system's log",
+        Some(ErrorCode::SystemIoFailure) => "disk error; check the disk and the system log",
         _ => return source.to_string(),
     };
     format!("{source}; {advice}")
@@ -165,7 +165,7 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn each_refusal_names_the_file_and_what_to_do() {
+    fn each_error_names_the_file_and_what_to_do() {
         for (code, advice) in [
             (ffi::SQLITE_NOTADB, "restore a backup"),
             (ffi::SQLITE_CANTOPEN, "may read and write it"),
@@ -174,11 +174,11 @@ mod tests {
             (ffi::SQLITE_FULL, "store.keep_gib"),
         ] {
             let source = rusqlite::Error::SqliteFailure(ffi::Error::new(code), None);
-            let told = StoreError::from(source)
-                .in_database(Path::new("s/patrold.db"))
+            let text = StoreError::from(source)
+                .with_path(Path::new("s/patrold.db"))
                 .to_string();
-            assert!(told.starts_with("s/patrold.db: "), "{told}");
-            assert!(told.contains(advice), "{told}");
+            assert!(text.starts_with("s/patrold.db: "), "{text}");
+            assert!(text.contains(advice), "{text}");
         }
     }
 }

@@ -1,37 +1,17 @@
-//! Health events: devices lost and found, sweeps refused, restarts.
+//! The event log: devices lost and found, sweeps refused, restarts.
 
+use super::connection::{RecordTime, Store};
 use super::error::StoreError;
-use super::handle::{Stamp, Store};
+use crate::patrol::severity::Severity;
 use rusqlite::params;
 use serde::Serialize;
 
-/// How bad.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Level {
-    /// Good to know.
-    Info,
-    /// Worked around.
-    Warning,
-    /// Something was lost.
-    Error,
-}
-
-impl Level {
-    fn word(self) -> &'static str {
-        match self {
-            Self::Info => "info",
-            Self::Warning => "warning",
-            Self::Error => "error",
-        }
-    }
-}
-
-/// One event.
+/// An event as stored.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EventRow {
-    /// Its sequence number.
+    /// Sequence number.
     pub id: i64,
-    /// When.
+    /// RFC 3339.
     pub at: String,
     /// info, warning or error.
     pub level: String,
@@ -42,21 +22,27 @@ pub struct EventRow {
 }
 
 impl Store {
-    /// Notes an event.
+    /// Stores an event.
     ///
     /// # Errors
-    /// The database refuses.
+    /// The database fails.
     pub fn note_event(
         &mut self,
-        level: Level,
+        severity: Severity,
         device: &str,
         text: &str,
-        stamp: &Stamp,
+        stamp: &RecordTime,
     ) -> Result<(), StoreError> {
-        self.change(|change| {
+        self.transaction(|change| {
             change.execute(
                 "INSERT INTO event (at, boot_id, level, device, text) VALUES (?1, ?2, ?3, ?4, ?5)",
-                params![stamp.text(), stamp.boot_id, level.word(), device, text],
+                params![
+                    stamp.to_rfc3339(),
+                    stamp.boot_id,
+                    severity.as_str(),
+                    device,
+                    text
+                ],
             )?;
             Ok(())
         })
@@ -65,9 +51,9 @@ impl Store {
     /// The newest events, newest first.
     ///
     /// # Errors
-    /// The database refuses.
+    /// The database fails.
     pub fn events(&self, limit: u32) -> Result<Vec<EventRow>, StoreError> {
-        self.read(|db| {
+        self.query(|db| {
             let mut query = db.prepare(
                 "SELECT id, at, level, device, text FROM event ORDER BY id DESC LIMIT ?1",
             )?;

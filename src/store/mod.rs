@@ -1,12 +1,12 @@
-//! Takes what the patrol learnt, gives it back after any stop: waypoints and their reference versions, sweeps,
-//! visits, alarms, events. SQLite for rows, files named by their content for big things. The only room that
-//! speaks SQL.
+//! The patrol's records: waypoints and their references, sweeps, visits, alarms, events. SQLite rows, and files named by
+//! their content for large data. SQL is used in this module only.
 
 mod alarms;
+mod blob_files;
+mod connection;
 mod error;
 mod events;
-mod files;
-mod handle;
+mod lookup;
 mod novelties;
 mod references;
 mod retention;
@@ -15,11 +15,11 @@ mod visits;
 mod waypoints;
 
 pub use alarms::{AlarmFilter, AlarmRow};
+pub use connection::{RecordTime, Store};
 pub use error::StoreError;
-pub use events::{EventRow, Level};
-pub use handle::{Stamp, Store};
+pub use events::EventRow;
 pub use references::{NewReference, ReferenceRow, StoredReference};
-pub use retention::{Retention, Swept};
+pub use retention::{Retention, RetentionResult};
 pub use sweeps::SweepRecord;
-pub use visits::{NewVisit, Recorded, StoredVisit};
+pub use visits::{NewVisit, StoredVisit, VisitOutcome};
 pub use waypoints::{WaypointDetail, WaypointRow};

@@ -1,15 +1,14 @@
-//! Novelties and their shapes in rows. What a visit saw is never lost to one odd figure: what is not finite is
-//! NULL, and a record that does not read gives way to the columns beside it.
+//! Rows of novelties and their shapes. Figures that are not finite are stored as NULL; where the JSON record of a
+//! novelty cannot be read, its columns are used.
 
 use super::error::StoreError;
 use crate::alarm::Sighting;
 use nalgebra::Point3;
-use patrold_engine::novelty::Kind;
+use patrold_engine::novelty::NoveltyKind;
 use patrold_engine::report::{MethodsRecord, NoveltyRecord};
 use rusqlite::{Connection, Row, Transaction, params};
 
-/// A figure as it stands in the database.
-pub(super) fn finite(x: f64) -> Option<f64> {
+pub(super) fn finite_or_null(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }
 
@@ -23,7 +22,7 @@ pub(super) fn insert_novelties(
             what: "novelty",
             source,
         })?;
-        let [x_m, y_m, z_m] = novelty.centre.map(finite);
+        let [x_m, y_m, z_m] = novelty.centre.map(finite_or_null);
         change.execute(
             "INSERT INTO novelty (visit_id, position, kind, x_m, y_m, z_m, points, mass, contribution, record)
              VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
@@ -35,14 +34,14 @@ pub(super) fn insert_novelties(
                 y_m,
                 z_m,
                 novelty.points as i64,
-                finite(novelty.mass),
-                finite(novelty.contribution),
+                finite_or_null(novelty.mass),
+                finite_or_null(novelty.contribution),
                 record
             ],
         )?;
         if let Some(shape) = &novelty.shape {
             let novelty_id = change.last_insert_rowid();
-            let [size_x_m, size_y_m, size_z_m] = shape.size.map(finite);
+            let [size_x_m, size_y_m, size_z_m] = shape.size.map(finite_or_null);
             change.execute(
                 "INSERT INTO shape (novelty_id, class, method, probability, size_x_m, size_y_m, size_z_m)
                  VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
@@ -50,7 +49,7 @@ pub(super) fn insert_novelties(
                     novelty_id,
                     shape.class,
                     shape.method,
-                    finite(shape.probability),
+                    finite_or_null(shape.probability),
                     size_x_m,
                     size_y_m,
                     size_z_m
@@ -61,15 +60,15 @@ pub(super) fn insert_novelties(
     Ok(())
 }
 
-/// The novelties of the visits that `which` selects, by visit and position.
+/// The novelties of the visits that the SQL `condition` on `?1` (= `id`) selects, by visit and position.
 pub(super) fn novelties(
     db: &Connection,
-    which: &str,
+    condition: &str,
     id: i64,
 ) -> Result<Vec<NoveltyRecord>, StoreError> {
     let mut query = db.prepare(&format!(
         "SELECT record, kind, x_m, y_m, z_m, points, mass, contribution
-         FROM novelty WHERE {which} ORDER BY visit_id, position"
+         FROM novelty WHERE {condition} ORDER BY visit_id, position"
     ))?;
     let rows = query.query_map([id], |row| {
         let record: String = row.get(0)?;
@@ -97,12 +96,11 @@ fn from_columns(row: &Row<'_>) -> rusqlite::Result<NoveltyRecord> {
     })
 }
 
-/// What the alarm rule needs of a stored novelty.
-pub(super) fn sighting(novelty: &NoveltyRecord) -> Sighting {
+pub(super) fn to_sighting(novelty: &NoveltyRecord) -> Sighting {
     let kind = if novelty.kind == "disappeared" {
-        Kind::Disappeared
+        NoveltyKind::Disappeared
     } else {
-        Kind::Appeared
+        NoveltyKind::Appeared
     };
     let centre = Point3::from(novelty.centre);
     Sighting { kind, centre }

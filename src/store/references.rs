@@ -1,27 +1,28 @@
-//! References have a life: each teaching makes a version, the newest is in use, the others stay.
+//! References of waypoints. Each `teach` adds a version; the newest is in use, older ones are kept.
 
+use super::alarms::clear_all;
+use super::connection::{RecordTime, Store};
 use super::error::StoreError;
-use super::handle::{Stamp, Store};
+use super::lookup::{find_waypoint_id, newest_reference_id, waypoint_id};
 use super::sweeps::{SweepFiles, SweepRecord, insert_sweep};
-use super::waypoints::{find_waypoint, known_waypoint};
 use patrold_engine::blob::{decode_mixture, decode_view, encode_mixture};
 use patrold_engine::geometry::View;
 use patrold_engine::mixture::Mixture;
 use rusqlite::{Connection, OptionalExtension, Transaction, params};
 use serde::Serialize;
 
-/// A reference to be kept.
+/// A reference to be stored.
 #[derive(Debug)]
 pub struct NewReference<'a> {
-    /// The waypoint's name; made where it is new.
+    /// Name of the waypoint; created if it is new.
     pub waypoint: &'a str,
-    /// The sweep it was made from; its view must be there.
+    /// The sweep it was made from; must have a view.
     pub sweep: SweepRecord<'a>,
-    /// Its mixture.
+    /// Mixture of the sweep's view.
     pub mixture: &'a Mixture,
-    /// Engine settings that made the mixture, as JSON.
+    /// Engine settings of the mixture, as JSON.
     pub engine: &'a str,
-    /// Seed of the engine.
+    /// Seed of the engine's random numbers.
     pub seed: u64,
 }
 
@@ -30,7 +31,7 @@ pub struct NewReference<'a> {
 pub struct ReferenceRow {
     /// Version, from 1.
     pub version: i64,
-    /// When it was taken.
+    /// When it was taken, RFC 3339.
     pub taken_at: String,
     /// Points of its sweep.
     pub points: i64,
@@ -38,30 +39,30 @@ pub struct ReferenceRow {
     pub components: i64,
 }
 
-/// A reference read back.
+/// A reference as stored.
 #[derive(Debug, Clone)]
 pub struct StoredReference {
-    /// Its row's sequence number.
+    /// Sequence number of the row.
     pub id: i64,
     /// Version, from 1.
     pub version: i64,
-    /// What was seen.
+    /// Points of the sweep.
     pub view: View,
-    /// Its mixture.
+    /// Mixture of the view.
     pub mixture: Mixture,
-    /// Engine settings that made the mixture, as JSON.
+    /// Engine settings of the mixture, as JSON.
     pub engine: String,
-    /// Seed of the engine.
+    /// Seed of the engine's random numbers.
     pub seed: u64,
 }
 
 impl Store {
-    /// Keeps a reference as the waypoint's new version; its standing alarms are cleared, for they speak of the
-    /// old one. Gives the version.
+    /// Stores a reference as the waypoint's new version and clears the waypoint's alarms, which compare with the old one.
+    /// Returns the version.
     ///
     /// # Errors
-    /// The sweep has no view, or the disk or the database refuses; nothing was changed then.
-    pub fn teach(&mut self, new: &NewReference<'_>, stamp: &Stamp) -> Result<i64, StoreError> {
+    /// The sweep has no view, or the disk or the database fails; nothing is changed then.
+    pub fn teach(&mut self, new: &NewReference<'_>, stamp: &RecordTime) -> Result<i64, StoreError> {
         if new.sweep.view.is_none() {
             return Err(StoreError::NotKept {
                 what: format!("the reference of {}", new.waypoint),
@@ -69,7 +70,7 @@ impl Store {
             });
         }
         let files = new.sweep.write_files(&self.files)?;
-        self.change(|change| insert_reference(change, new, &files, stamp))
+        self.transaction(|change| insert_reference(change, new, &files, stamp))
     }
 
     /// The reference in use at a waypoint.
@@ -77,8 +78,8 @@ impl Store {
     /// # Errors
     /// Unknown waypoint, no reference, or a damaged file.
     pub fn reference(&self, waypoint: &str) -> Result<StoredReference, StoreError> {
-        let id = self.read(|db| {
-            let newest = newest_reference(db, known_waypoint(db, waypoint)?)?;
+        let id = self.query(|db| {
+            let newest = newest_reference_id(db, waypoint_id(db, waypoint)?)?;
             newest.ok_or_else(|| StoreError::NoReference {
                 name: waypoint.to_owned(),
             })
@@ -86,13 +87,13 @@ impl Store {
         self.reference_by_id(id)
     }
 
-    /// The reference with this sequence number, in use or not.
+    /// The reference with this sequence number, whatever its version.
     ///
     /// # Errors
-    /// No such row, its sweep is not kept any more, or a damaged file.
+    /// No such row, its sweep was deleted, or a damaged file.
     pub fn reference_by_id(&self, id: i64) -> Result<StoredReference, StoreError> {
         type Row = (i64, Vec<u8>, String, i64, Option<String>);
-        let found: Option<Row> = self.read(|db| {
+        let found: Option<Row> = self.query(|db| {
             let row = db.query_row(
                 "SELECT r.version, r.mixture, r.engine, r.seed, s.view_file
                  FROM reference r JOIN sweep s ON s.id = r.sweep_id WHERE r.id = ?1",
@@ -106,7 +107,8 @@ impl Store {
             why,
         };
         let (version, mixture, engine, seed, file) = found.ok_or_else(|| gone("no such row"))?;
-        let file = file.ok_or_else(|| gone("its waypoint was forgotten, and retention took it"))?;
+        let file =
+            file.ok_or_else(|| gone("its waypoint was forgotten, and retention deleted it"))?;
         Ok(StoredReference {
             id,
             version,
@@ -122,10 +124,10 @@ fn insert_reference(
     change: &Transaction<'_>,
     new: &NewReference<'_>,
     files: &SweepFiles,
-    stamp: &Stamp,
+    stamp: &RecordTime,
 ) -> Result<i64, StoreError> {
-    let at = stamp.text();
-    let waypoint = match find_waypoint(change, new.waypoint)? {
+    let at = stamp.to_rfc3339();
+    let waypoint = match find_waypoint_id(change, new.waypoint)? {
         Some(id) => id,
         None => {
             change.execute(
@@ -136,7 +138,7 @@ fn insert_reference(
         }
     };
     let sweep = insert_sweep(change, waypoint, &new.sweep, files, stamp)?;
-    // Versions go on where a forgotten waypoint of the same name stopped: NAME/VERSION names one frame for good.
+    // Versions continue after those of a forgotten waypoint of the same name: the frame NAME/VERSION stays unique.
     let version: i64 = change.query_row(
         "SELECT coalesce(max(version), 0) + 1 FROM reference r JOIN waypoint w ON w.id = r.waypoint_id
          WHERE w.name = ?1",
@@ -158,22 +160,12 @@ fn insert_reference(
             encode_mixture(new.mixture)
         ],
     )?;
-    super::alarms::clear_standing(change, waypoint, &at, "reference taught anew")?;
+    clear_all(change, waypoint, &at, "reference taught anew")?;
     Ok(version)
 }
 
-/// Sequence number of the reference in use.
-pub(super) fn newest_reference(db: &Connection, waypoint_id: i64) -> rusqlite::Result<Option<i64>> {
-    db.query_row(
-        "SELECT id FROM reference WHERE waypoint_id = ?1 ORDER BY version DESC LIMIT 1",
-        [waypoint_id],
-        |row| row.get(0),
-    )
-    .optional()
-}
-
 /// Every version of a waypoint's reference, newest first.
-pub(super) fn references_of(
+pub(super) fn reference_rows(
     db: &Connection,
     waypoint_id: i64,
 ) -> Result<Vec<ReferenceRow>, StoreError> {

@@ -1,79 +1,86 @@
-//! Retention: old sweeps go by age and by size, never those that are evidence of an alarm or a reference in use.
+//! Retention: deletes old sweeps by age and by total size.
 //!
-//! Evidence is every sweep whose visit belongs to an alarm, and the reference it was compared with. References of
-//! a known waypoint stay, all versions; those of a forgotten one go by age unless they are evidence. The size
-//! limit counts what may go by size alone: evidence never pushes out the rest.
+//! Evidence is a sweep whose visit belongs to an alarm, and the reference it was compared with; it is never deleted.
+//! References of a known waypoint are kept, all versions; those of a forgotten one are deleted by age unless they are
+//! evidence. Only sweeps that may be deleted by size count against the size limit.
 
+use super::connection::{Store, time_text};
 use super::error::StoreError;
-use super::handle::{Store, time_text};
 use rusqlite::params;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// How long and how much.
+/// What is kept.
 #[derive(Debug, Clone, Copy)]
 pub struct Retention {
-    /// Sweeps taken before this may go.
+    /// Sweeps taken before this may be deleted.
     pub older_than: Option<jiff::Timestamp>,
-    /// Bytes of those sweeps that may go above which the oldest of them go.
-    pub most_bytes: Option<u64>,
+    /// Total bytes of the deletable sweeps above which the oldest are deleted.
+    pub max_bytes: Option<u64>,
 }
 
-/// What went.
+/// What was deleted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Swept {
-    /// Sweeps whose files were deleted; with orphans, files.
+pub struct RetentionResult {
+    /// Sweeps whose files were deleted; for orphans, files.
     pub sweeps: usize,
-    /// Their bytes.
+    /// Bytes freed.
     pub bytes: u64,
 }
 
-/// What may become of a sweep.
+/// Whether a sweep may be deleted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Hold {
-    /// Nothing needs it.
-    Spare,
-    /// A reference of a forgotten waypoint: goes by age alone.
-    Age,
-    /// Evidence, or a reference of a known waypoint.
-    Fast,
+enum Protection {
+    /// By age and by size.
+    None,
+    /// By age only: a reference of a forgotten waypoint.
+    UntilOld,
+    /// Never: evidence, or a reference of a known waypoint.
+    Always,
 }
 
-struct KeptSweep {
+struct SweepEntry {
     id: i64,
     old: bool,
-    hold: Hold,
+    protection: Protection,
     files: Vec<String>,
 }
 
 impl Store {
-    /// Deletes the files of sweeps that retention lets go; their rows stay.
+    /// Deletes the files of the sweeps that `retention` does not keep; their rows stay.
     ///
     /// # Errors
-    /// The disk or the database refuses.
-    pub fn retain(&mut self, retention: &Retention) -> Result<Swept, StoreError> {
-        let sweeps = self.kept_sweeps(retention)?;
-        let held = |s: &&KeptSweep| s.hold != Hold::Spare;
-        let held: BTreeSet<&String> = sweeps.iter().filter(held).flat_map(|s| &s.files).collect();
-        let spare: BTreeMap<&String, u64> = sweeps
+    /// The disk or the database fails.
+    pub fn apply_retention(
+        &mut self,
+        retention: &Retention,
+    ) -> Result<RetentionResult, StoreError> {
+        let sweeps = self.sweep_entries(retention)?;
+        let is_protected = |s: &&SweepEntry| s.protection != Protection::None;
+        let protected: BTreeSet<&String> = sweeps
+            .iter()
+            .filter(is_protected)
+            .flat_map(|s| &s.files)
+            .collect();
+        let deletable: BTreeMap<&String, u64> = sweeps
             .iter()
             .flat_map(|s| &s.files)
-            .filter(|file| !held.contains(file))
+            .filter(|file| !protected.contains(file))
             .map(|file| (file, self.files.size(file)))
             .collect();
-        let mut total: u64 = spare.values().sum();
-        let mut swept = Swept::default();
+        let mut total: u64 = deletable.values().sum();
+        let mut result = RetentionResult::default();
         for sweep in &sweeps {
-            let too_much = retention.most_bytes.is_some_and(|most| total > most);
-            let goes = match sweep.hold {
-                Hold::Spare => sweep.old || too_much,
-                Hold::Age => sweep.old,
-                Hold::Fast => false,
+            let too_much = retention.max_bytes.is_some_and(|max| total > max);
+            let delete = match sweep.protection {
+                Protection::None => sweep.old || too_much,
+                Protection::UntilOld => sweep.old,
+                Protection::Always => false,
             };
-            if !goes {
+            if !delete {
                 continue;
             }
-            // The row first: a row never speaks of a file that is gone.
-            let free = self.change(|change| {
+            // The row first: no row names a file that is gone.
+            let free = self.transaction(|change| {
                 change.execute(
                     "UPDATE sweep SET view_file = NULL, raw_file = NULL WHERE id = ?1",
                     [sweep.id],
@@ -91,21 +98,21 @@ impl Store {
                 Ok(free)
             })?;
             for file in free {
-                swept.bytes += self.files.delete(file)?;
-                total = total.saturating_sub(spare.get(file).copied().unwrap_or_default());
+                result.bytes += self.files.delete(file)?;
+                total = total.saturating_sub(deletable.get(file).copied().unwrap_or_default());
             }
-            swept.sweeps += 1;
+            result.sweeps += 1;
         }
-        Ok(swept)
+        Ok(result)
     }
 
-    /// Deletes what a stop in the middle of writing left behind: half-written files and files that no row names.
-    /// Only for the one that holds the service's lock, before it writes.
+    /// Deletes half-written files and files that no row names, left by a stop in the middle of writing. Only for the
+    /// holder of the service's lock, before it writes.
     ///
     /// # Errors
-    /// The disk or the database refuses.
-    pub fn sweep_orphans(&mut self) -> Result<Swept, StoreError> {
-        let named: BTreeSet<String> = self.read(|db| {
+    /// The disk or the database fails.
+    pub fn delete_orphans(&mut self) -> Result<RetentionResult, StoreError> {
+        let named: BTreeSet<String> = self.query(|db| {
             let mut query = db.prepare(
                 "SELECT view_file FROM sweep WHERE view_file IS NOT NULL
                  UNION SELECT raw_file FROM sweep WHERE raw_file IS NOT NULL",
@@ -113,19 +120,19 @@ impl Store {
             let rows = query.query_map([], |row| row.get(0))?;
             Ok(rows.collect::<Result<_, _>>()?)
         })?;
-        let mut swept = Swept::default();
+        let mut result = RetentionResult::default();
         for name in self.files.names()? {
             if !named.contains(&name) {
-                swept.bytes += self.files.delete(&name)?;
-                swept.sweeps += 1;
+                result.bytes += self.files.delete(&name)?;
+                result.sweeps += 1;
             }
         }
-        Ok(swept)
+        Ok(result)
     }
 
-    fn kept_sweeps(&self, retention: &Retention) -> Result<Vec<KeptSweep>, StoreError> {
+    fn sweep_entries(&self, retention: &Retention) -> Result<Vec<SweepEntry>, StoreError> {
         let older_than = retention.older_than.map(time_text).unwrap_or_default();
-        self.read(|db| {
+        self.query(|db| {
             let mut query = db.prepare(
                 "SELECT s.id, s.taken_at < ?1, s.view_file, s.raw_file,
                         EXISTS (SELECT 1 FROM visit v WHERE v.sweep_id = s.id AND v.alarm_id IS NOT NULL)
@@ -139,14 +146,14 @@ impl Store {
             let rows = query.query_map(params![older_than], |row| {
                 let files: [Option<String>; 2] = [row.get(2)?, row.get(3)?];
                 let hold = match (row.get(4)?, row.get(5)?) {
-                    (true, _) => Hold::Fast,
-                    (false, true) => Hold::Age,
-                    (false, false) => Hold::Spare,
+                    (true, _) => Protection::Always,
+                    (false, true) => Protection::UntilOld,
+                    (false, false) => Protection::None,
                 };
-                Ok(KeptSweep {
+                Ok(SweepEntry {
                     id: row.get(0)?,
                     old: row.get(1)?,
-                    hold,
+                    protection: hold,
                     files: files.into_iter().flatten().collect(),
                 })
             })?;

@@ -1,31 +1,31 @@
-//! Sweeps: a row each, its points and raw data in files.
+//! Sweeps: one row each; points and raw data are files.
 
+use super::blob_files::BlobFiles;
+use super::connection::RecordTime;
 use super::error::StoreError;
-use super::files::Files;
-use super::handle::Stamp;
 use patrold_engine::blob::encode_view;
 use patrold_engine::geometry::View;
 use rusqlite::{Transaction, params};
 
-/// A sweep to be kept.
+/// A sweep to be stored.
 #[derive(Debug)]
 pub struct SweepRecord<'a> {
-    /// What was seen; `None` where the raw data could not be assembled.
+    /// Points; `None`: the raw data could not be assembled.
     pub view: Option<&'a View>,
-    /// Raw data: ranges, stamps, polls (bytes of the sweep room's own form).
+    /// Raw sweep, encoded.
     pub raw: Option<&'a [u8]>,
-    /// Quality figures, as JSON; `null` where there are none.
+    /// Quality figures, as JSON; `null`: none.
     pub quality: &'a str,
 }
 
-/// Names of the files of a sweep.
+/// File names of a sweep.
 pub(super) struct SweepFiles {
     view: Option<String>,
     raw: Option<String>,
 }
 
 impl SweepRecord<'_> {
-    pub(super) fn write_files(&self, files: &Files) -> Result<SweepFiles, StoreError> {
+    pub(super) fn write_files(&self, files: &BlobFiles) -> Result<SweepFiles, StoreError> {
         let put_view = |view| files.put(&encode_view(view));
         Ok(SweepFiles {
             view: self.view.map(put_view).transpose()?,
@@ -39,14 +39,14 @@ pub(super) fn insert_sweep(
     waypoint_id: i64,
     sweep: &SweepRecord<'_>,
     files: &SweepFiles,
-    stamp: &Stamp,
+    stamp: &RecordTime,
 ) -> Result<i64, StoreError> {
     change.execute(
         "INSERT INTO sweep (waypoint_id, taken_at, boot_id, points, view_file, raw_file, quality)
          VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
         params![
             waypoint_id,
-            stamp.text(),
+            stamp.to_rfc3339(),
             stamp.boot_id,
             sweep.view.map_or(0, |view| view.points.len() as i64),
             files.view,

@@ -1,37 +1,36 @@
-//! Visits: what was swept, judged and decided, in one transaction, on disk before anyone is told.
+//! Visits: sweep, verdict and alarms in one transaction, on disk before the client gets its reply.
 
 use super::alarms;
+use super::connection::{RecordTime, Store};
 use super::error::StoreError;
-use super::handle::{Stamp, Store};
-use super::novelties::{finite, insert_novelties, sighting};
-use super::references::newest_reference;
+use super::lookup::{newest_reference_id, waypoint_id};
+use super::novelties::{finite_or_null, insert_novelties, to_sighting};
 use super::sweeps::{SweepRecord, insert_sweep};
-use super::waypoints::known_waypoint;
-use crate::alarm::{Decision, Sighting, decide};
+use crate::alarm::{AlarmDecision, Sighting, decide};
 use patrold_engine::blob::decode_view;
 use patrold_engine::geometry::View;
 use patrold_engine::novelty::Verdict;
 use patrold_engine::report::NoveltyRecord;
 use rusqlite::{OptionalExtension, Row, Transaction, params};
 
-/// A visit to be kept.
+/// A visit to be stored.
 #[derive(Debug)]
 pub struct NewVisit<'a> {
-    /// The waypoint's name.
+    /// Name of the waypoint.
     pub waypoint: &'a str,
     /// Sequence number of the reference it was compared with.
     pub reference_id: Option<i64>,
     /// Its sweep, if one was taken.
     pub sweep: Option<SweepRecord<'a>>,
-    /// The verdict.
+    /// Verdict of the engine.
     pub verdict: Verdict,
-    /// Why.
+    /// Reason of the verdict, one line.
     pub reason: &'a str,
-    /// d_GMM where one could be computed.
+    /// d_GMM, if it could be computed.
     pub d_gmm: Option<f64>,
-    /// The threshold in force.
+    /// U_th, in the unit of d_GMM.
     pub u_th: f64,
-    /// Seed of the engine.
+    /// Seed of the engine's random numbers.
     pub seed: u64,
     /// Engine settings, as JSON.
     pub engine: &'a str,
@@ -39,68 +38,67 @@ pub struct NewVisit<'a> {
     pub report: &'a str,
     /// Novelties in the waypoint's reference frame.
     pub novelties: &'a [NoveltyRecord],
-    /// Distance within which a change seen again is the same, metres.
+    /// Distance within which a change belongs to a standing alarm, metres.
     pub same_place_m: f64,
 }
 
-/// What became of a visit.
+/// The row of a visit and what it did to the alarms.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Recorded {
+pub struct VisitOutcome {
     /// Sequence number of the visit.
     pub visit_id: i64,
-    /// The alarm that this visit raised.
+    /// Alarm raised.
     pub raised: Option<i64>,
-    /// The standing alarm that this visit belongs to.
-    pub folded: Option<i64>,
-    /// Alarms that this visit cleared.
+    /// Standing alarm that the visit was added to.
+    pub extended: Option<i64>,
+    /// Alarms cleared.
     pub cleared: Vec<i64>,
-    /// Whether the reference it was compared with was in use no more, taught anew or forgotten while the
-    /// comparison ran: such a visit is on record and touches no alarm.
+    /// The reference was replaced or forgotten while the comparison ran: the visit is stored and changes no alarm.
     pub outdated: bool,
 }
 
-/// A visit read back for another judgement.
+/// A visit as stored, to be judged again.
 #[derive(Debug, Clone)]
 pub struct StoredVisit {
-    /// The waypoint's name.
+    /// Name of the waypoint.
     pub waypoint: String,
-    /// The reference it was compared with, if there was one.
+    /// Sequence number of the reference it was compared with.
     pub reference_id: Option<i64>,
-    /// What was seen; `None` where the raw data could not be assembled.
+    /// Points of the sweep; `None`: the raw data could not be assembled.
     pub view: Option<View>,
-    /// Raw data, in the sweep room's form.
+    /// Raw sweep, encoded.
     pub raw: Option<Vec<u8>>,
     /// Quality figures of the sweep, as JSON.
     pub quality: String,
-    /// The stored verdict's word.
+    /// Verdict: quiet, changed or not_observed.
     pub verdict: String,
-    /// The stored distance.
+    /// d_GMM.
     pub d_gmm: Option<f64>,
-    /// The threshold then in force.
+    /// U_th then in force.
     pub u_th: Option<f64>,
-    /// The seed.
+    /// Seed of the engine's random numbers.
     pub seed: u64,
-    /// The engine settings then in force, as JSON.
+    /// Engine settings then in force, as JSON.
     pub engine: String,
 }
 
 impl Store {
-    /// Keeps a visit and what it does to the waypoint's alarms. When this returns, it is on disk.
+    /// Stores a visit and its effect on the waypoint's alarms. It is on disk when this returns.
     ///
     /// # Errors
-    /// Unknown waypoint, or the disk or database refuses; nothing was changed then.
+    /// Unknown waypoint, or the disk or database fails; nothing is changed then.
     pub fn record_visit(
         &mut self,
         visit: &NewVisit<'_>,
-        stamp: &Stamp,
-    ) -> Result<Recorded, StoreError> {
+        stamp: &RecordTime,
+    ) -> Result<VisitOutcome, StoreError> {
         let files = visit
             .sweep
             .as_ref()
             .map(|sweep| sweep.write_files(&self.files))
             .transpose()?;
-        self.change(|change| {
-            let (waypoint, outdated) = place_of(change, visit)?;
+        self.transaction(|change| {
+            let (waypoint, outdated) = find_waypoint_of_visit(change, visit)?;
             let sweep_id = match (&visit.sweep, &files) {
                 (Some(sweep), Some(files)) => {
                     Some(insert_sweep(change, waypoint, sweep, files, stamp)?)
@@ -109,26 +107,26 @@ impl Store {
             };
             let visit_id = insert_visit(change, waypoint, sweep_id, visit, stamp)?;
             insert_novelties(change, visit_id, visit.novelties)?;
-            let mut recorded = Recorded {
+            let mut outcome = VisitOutcome {
                 visit_id,
                 raised: None,
-                folded: None,
+                extended: None,
                 cleared: Vec::new(),
                 outdated,
             };
             if !outdated {
-                settle(change, waypoint, visit, stamp, &mut recorded)?;
+                apply_decisions(change, waypoint, visit, stamp, &mut outcome)?;
             }
-            Ok(recorded)
+            Ok(outcome)
         })
     }
 
-    /// Reads a visit back with its sweep, to be judged again.
+    /// Reads a visit with its sweep.
     ///
     /// # Errors
-    /// No such visit, its sweep is not kept, or a file is damaged.
+    /// No such visit, its sweep was deleted, or a file is damaged.
     pub fn visit(&self, id: i64) -> Result<StoredVisit, StoreError> {
-        let (mut visit, files) = self.read(|db| {
+        let (mut visit, files) = self.query(|db| {
             let row = db.query_row(
                 "SELECT w.name, v.reference_id, v.verdict, v.d_gmm, v.u_th, v.seed, v.engine,
                         coalesce(s.quality, 'null'), s.view_file, s.raw_file
@@ -146,7 +144,7 @@ impl Store {
         if files.iter().all(Option::is_none) {
             return Err(StoreError::NotKept {
                 what: format!("the sweep of visit {id}"),
-                why: "none was taken, or retention took it (store.keep_days, store.keep_gib)",
+                why: "none was taken, or retention deleted it (store.keep_days, store.keep_gib)",
             });
         }
         let [view, raw] = files;
@@ -173,10 +171,13 @@ fn read_visit(row: &Row<'_>) -> rusqlite::Result<StoredVisit> {
     })
 }
 
-/// The waypoint that a visit belongs to, and whether its reference is no longer the one in use there.
-fn place_of(change: &Transaction<'_>, visit: &NewVisit<'_>) -> Result<(i64, bool), StoreError> {
+/// Id of the visit's waypoint, and whether its reference is no longer in use there.
+fn find_waypoint_of_visit(
+    change: &Transaction<'_>,
+    visit: &NewVisit<'_>,
+) -> Result<(i64, bool), StoreError> {
     let Some(reference) = visit.reference_id else {
-        return Ok((known_waypoint(change, visit.waypoint)?, false));
+        return Ok((waypoint_id(change, visit.waypoint)?, false));
     };
     let of_reference = change
         .query_row(
@@ -190,7 +191,7 @@ fn place_of(change: &Transaction<'_>, visit: &NewVisit<'_>) -> Result<(i64, bool
         what: format!("reference {reference}"),
         why: "no such row",
     })?;
-    let newest = newest_reference(change, waypoint)?;
+    let newest = newest_reference_id(change, waypoint)?;
     Ok((waypoint, forgotten || newest != Some(reference)))
 }
 
@@ -199,7 +200,7 @@ fn insert_visit(
     waypoint_id: i64,
     sweep_id: Option<i64>,
     visit: &NewVisit<'_>,
-    stamp: &Stamp,
+    stamp: &RecordTime,
 ) -> Result<i64, StoreError> {
     change.execute(
         "INSERT INTO visit (waypoint_id, reference_id, sweep_id, at, boot_id, verdict, reason, d_gmm, u_th,
@@ -209,12 +210,12 @@ fn insert_visit(
             waypoint_id,
             visit.reference_id,
             sweep_id,
-            stamp.text(),
+            stamp.to_rfc3339(),
             stamp.boot_id,
-            visit.verdict.word(),
+            visit.verdict.as_str(),
             visit.reason,
-            visit.d_gmm.and_then(finite),
-            finite(visit.u_th),
+            visit.d_gmm.and_then(finite_or_null),
+            finite_or_null(visit.u_th),
             visit.seed as i64,
             visit.engine,
             visit.report
@@ -223,28 +224,28 @@ fn insert_visit(
     Ok(change.last_insert_rowid())
 }
 
-fn settle(
+fn apply_decisions(
     change: &Transaction<'_>,
     waypoint_id: i64,
     visit: &NewVisit<'_>,
-    stamp: &Stamp,
-    recorded: &mut Recorded,
+    stamp: &RecordTime,
+    outcome: &mut VisitOutcome,
 ) -> Result<(), StoreError> {
-    let visit_id = recorded.visit_id;
-    let seen: Vec<Sighting> = visit.novelties.iter().map(sighting).collect();
+    let visit_id = outcome.visit_id;
+    let seen: Vec<Sighting> = visit.novelties.iter().map(to_sighting).collect();
     let standing = alarms::standing(change, waypoint_id)?;
     for decision in decide(visit.verdict, &seen, &standing, visit.same_place_m) {
         match decision {
-            Decision::Raise => {
-                recorded.raised = Some(alarms::raise(change, waypoint_id, visit_id, stamp)?);
+            AlarmDecision::Raise => {
+                outcome.raised = Some(alarms::raise(change, waypoint_id, visit_id, stamp)?);
             }
-            Decision::Fold(id) => {
-                alarms::fold(change, id, visit_id, stamp)?;
-                recorded.folded = Some(id);
+            AlarmDecision::Extend(id) => {
+                alarms::extend(change, id, visit_id, stamp)?;
+                outcome.extended = Some(id);
             }
-            Decision::Clear(id) => {
-                alarms::clear(change, id, &stamp.text(), "seen without the change")?;
-                recorded.cleared.push(id);
+            AlarmDecision::Clear(id) => {
+                alarms::clear(change, id, &stamp.to_rfc3339(), "seen without the change")?;
+                outcome.cleared.push(id);
             }
         }
     }

@@ -1,10 +1,10 @@
 //! Files that are not what they should be, and outputs that cannot be written.
 
-use crate::bad_input::hold;
+use crate::bad_input::check_failures;
 
 #[test]
-fn clouds_that_are_none() {
-    hold(&[
+fn clouds_that_cannot_be_read() {
+    check_failures(&[
         (
             &["compare", "missing.ply", "good.ply"],
             1,
@@ -69,7 +69,7 @@ fn clouds_that_are_none() {
 
 #[test]
 fn outputs_that_cannot_be_written() {
-    hold(&[
+    check_failures(&[
         (
             &[
                 "compare",
@@ -79,7 +79,7 @@ fn outputs_that_cannot_be_written() {
                 "no/such/l.txt",
             ],
             1,
-            &["no/such/l.txt", "make it"],
+            &["no/such/l.txt", "create it"],
         ),
         (
             &["compare", "good.ply", "good.ply", "--labels-out", "folder"],
@@ -125,8 +125,8 @@ fn outputs_that_cannot_be_written() {
 }
 
 #[test]
-fn mixtures_that_are_none() {
-    hold(&[
+fn mixtures_that_cannot_be_read() {
+    check_failures(&[
         (
             &["distance", "missing.json", "missing.json"],
             1,
@@ -164,8 +164,8 @@ fn mixtures_that_are_none() {
 }
 
 #[test]
-fn manifests_that_are_none() {
-    hold(&[
+fn manifests_that_cannot_be_read() {
+    check_failures(&[
         (
             &["compare", "--manifest", "missing.json"],
             1,

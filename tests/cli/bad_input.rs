@@ -1,4 +1,4 @@
-//! Bad input: one line on standard error that names the thing, the right exit code, and nothing written.
+//! Bad input: one line on standard error that names the file or argument, the right exit code, and nothing written.
 
 use crate::harness::clouds;
 use crate::harness::program::patrold;
@@ -10,11 +10,11 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// A folder with everything that can be wrong.
+/// A folder with files that are wrong in every way.
 pub fn folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("temp dir");
     let put = |name: &str, bytes: &[u8]| fs::write(dir.path().join(name), bytes).expect("written");
-    let good = write_ply(&clouds::room(&[], 1));
+    let good = write_ply(&clouds::room_points(&[], 1));
     put("good.ply", &good);
     put("empty.ply", b"");
     put("none.ply", &write_ply(&[]));
@@ -74,7 +74,7 @@ pub fn folder() -> tempfile::TempDir {
     dir
 }
 
-/// Every file below `dir` with its size; SQLite's own side files aside.
+/// Every file below `dir` with its size, without the `-wal` and `-shm` files of SQLite.
 pub fn listing(dir: &Path) -> BTreeMap<String, u64> {
     let mut found = BTreeMap::new();
     let mut folders = vec![dir.to_owned()];
@@ -92,10 +92,10 @@ pub fn listing(dir: &Path) -> BTreeMap<String, u64> {
     found
 }
 
-/// Arguments, exit code, and what the line must name.
-pub type Case = (&'static [&'static str], i32, &'static [&'static str]);
+/// Arguments, exit code, and parts of the error line.
+pub type FailureCase = (&'static [&'static str], i32, &'static [&'static str]);
 
-pub fn hold(cases: &[Case]) {
+pub fn check_failures(cases: &[FailureCase]) {
     let dir = folder();
     let before = listing(dir.path());
     let mut wrong = Vec::new();
@@ -105,7 +105,7 @@ pub fn hold(cases: &[Case]) {
         let one_line = lines.len() == 1 && lines[0].starts_with("patrold: ");
         let named = names.iter().all(|name| ran.err.contains(name));
         if ran.code != *code || !one_line || !named || !ran.out.is_empty() {
-            wrong.push(format!("{args:?} (wants {code}, {names:?}): {ran:?}"));
+            wrong.push(format!("{args:?} (expected {code}, {names:?}): {ran:?}"));
         }
         let after = listing(dir.path());
         if after != before {

@@ -1,10 +1,10 @@
-//! Configurations with mistakes, stores that are none, and wrong usage.
+//! Configurations with errors, stores that cannot be opened, and wrong usage.
 
-use crate::bad_input::{folder, hold, listing};
+use crate::bad_input::{check_failures, folder, listing};
 use crate::harness::program::patrold;
 
 #[test]
-fn configurations_with_mistakes() {
+fn configurations_with_errors() {
     let dir = folder();
     let before = listing(dir.path());
     for (file, names) in [
@@ -35,22 +35,22 @@ fn configurations_with_mistakes() {
             &["waypoints"],
         ] {
             let ran = patrold(dir.path(), &[command, &["--config", file]].concat());
-            let told = format!("{command:?} with {file}: {ran:?}");
+            let case = format!("{command:?} with {file}: {ran:?}");
             assert_eq!(
                 (ran.code, ran.out.as_str(), ran.err.lines().count()),
                 (2, "", 1),
-                "{told}"
+                "{case}"
             );
-            assert!(ran.err.starts_with("patrold: "), "{told}");
-            assert!(names.iter().all(|name| ran.err.contains(name)), "{told}");
+            assert!(ran.err.starts_with("patrold: "), "{case}");
+            assert!(names.iter().all(|name| ran.err.contains(name)), "{case}");
         }
     }
     assert_eq!(listing(dir.path()), before);
 }
 
 #[test]
-fn stores_that_are_not_there_or_not_ours() {
-    hold(&[
+fn stores_that_are_missing_or_foreign() {
+    check_failures(&[
         (
             &["alarms", "--config", "nowhere.toml"],
             1,
@@ -130,7 +130,7 @@ fn stores_that_are_not_there_or_not_ours() {
 }
 
 #[test]
-fn wrong_usage_exits_2_and_says_what_is_right() {
+fn wrong_usage_exits_2_and_prints_the_usage() {
     let dir = folder();
     let before = listing(dir.path());
     for args in [

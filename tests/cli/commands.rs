@@ -70,7 +70,7 @@ fn fit_writes_a_mixture_that_fit_and_distance_read() {
 }
 
 #[test]
-fn fit_tells_how_it_came_about() {
+fn fit_reports_how_it_chose_components_and_start() {
     let dir = clouds::folder();
     for (count, start) in [("mml", "k_means"), ("bic", "k_means"), ("flat", "flat")] {
         let args = [
@@ -107,11 +107,11 @@ fn fit_splits_until_flat_where_no_number_is_given() {
 }
 
 #[test]
-fn shapes_tells_what_a_segmented_cloud_is() {
+fn shapes_reports_the_points_of_each_shape_and_the_remainder() {
     let dir = clouds::folder();
-    let crate_points: Vec<_> = clouds::room(&[CRATE], 3)
+    let crate_points: Vec<_> = clouds::room_points(&[CRATE], 3)
         .into_iter()
-        .filter(|p| clouds::on(&CRATE, p))
+        .filter(|p| clouds::is_on(&CRATE, p))
         .collect();
     clouds::write(&dir.path().join("crate.ply"), &crate_points);
     for extra in [
@@ -128,15 +128,15 @@ fn shapes_tells_what_a_segmented_cloud_is() {
         let json = ran.json();
         schema::check("shapes", &json);
         assert_eq!(json["points"], crate_points.len());
-        // Primitives on the points share none of them; the rest is told.
+        // With --points no point is on two shapes; `remainder` counts the others.
         let inliers = |s: &serde_json::Value| s["inliers"].as_u64().expect("a count");
-        let on_one: u64 = json["shapes"]
+        let on_shapes: u64 = json["shapes"]
             .as_array()
             .expect("shapes")
             .iter()
             .map(inliers)
             .sum();
-        let whole = json["remainder"].as_u64().map(|left| left + on_one);
+        let whole = json["remainder"].as_u64().map(|left| left + on_shapes);
         let expected = extra
             .contains(&"--points")
             .then_some(crate_points.len() as u64);
@@ -145,7 +145,7 @@ fn shapes_tells_what_a_segmented_cloud_is() {
 }
 
 #[test]
-fn help_and_version_are_there() {
+fn help_and_version_are_printed() {
     let dir = tempfile::tempdir().expect("temp dir");
     let version = patrold(dir.path(), &["--version"]);
     assert_eq!(
@@ -165,7 +165,7 @@ fn help_and_version_are_there() {
 }
 
 #[test]
-fn a_reader_that_goes_away_is_no_failure() {
+fn a_closed_standard_output_is_no_failure() {
     let dir = clouds::folder();
     for args in [
         &["compare", "then.ply", "now.ply", "--json"][..],
@@ -178,15 +178,15 @@ fn a_reader_that_goes_away_is_no_failure() {
             .spawn()
             .expect("starts");
         drop(child.stdout.take());
-        let mut told = String::new();
+        let mut stderr = String::new();
         child
             .stderr
             .take()
             .expect("piped")
-            .read_to_string(&mut told)
+            .read_to_string(&mut stderr)
             .expect("UTF-8");
         let status = child.wait().expect("ends");
-        assert_eq!(told, "", "{args:?}");
+        assert_eq!(stderr, "", "{args:?}");
         let expected = if args[0] == "compare" { 10 } else { 0 };
         assert_eq!(status.code(), Some(expected), "{args:?}");
     }

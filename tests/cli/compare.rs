@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use std::fs;
 
 #[test]
-fn the_same_cloud_is_quiet_at_zero() {
+fn the_same_cloud_is_quiet_with_no_novelty() {
     let dir = clouds::folder();
     let ran = patrold(dir.path(), &["compare", "then.ply", "then.ply", "--json"]);
     let json = ran.json();
@@ -32,7 +32,7 @@ fn noise_alone_is_quiet() {
 }
 
 #[test]
-fn a_crate_that_came_is_changed_and_labelled() {
+fn an_appeared_crate_is_changed_and_labelled() {
     let dir = clouds::folder();
     let args = [
         "compare",
@@ -57,37 +57,37 @@ fn a_crate_that_came_is_changed_and_labelled() {
     let d = json["d_gmm"].as_f64().expect("d_gmm");
     assert!(d >= json["u_th"].as_f64().expect("u_th"));
 
-    let things = json["novelties"].as_array().expect("novelties");
-    assert_eq!(things.len(), 1, "{json}");
-    assert_eq!(things[0]["kind"], "appeared");
-    let centre: [f64; 3] = serde_json::from_value(things[0]["centre"].clone()).expect("centre");
-    assert!(clouds::on(&CRATE, &Point3::from(centre)), "{centre:?}");
+    let novelties = json["novelties"].as_array().expect("novelties");
+    assert_eq!(novelties.len(), 1, "{json}");
+    assert_eq!(novelties[0]["kind"], "appeared");
+    let centre: [f64; 3] = serde_json::from_value(novelties[0]["centre"].clone()).expect("centre");
+    assert!(clouds::is_on(&CRATE, &Point3::from(centre)), "{centre:?}");
 
-    let points = clouds::room(&[CRATE], 3);
+    let points = clouds::room_points(&[CRATE], 3);
     let text = fs::read_to_string(dir.path().join("l.txt")).expect("labels");
     let labels: Vec<&str> = text.lines().collect();
     assert_eq!(labels.len(), points.len());
     assert!(labels.iter().all(|l| ["0", "1"].contains(l)));
-    let (mut hits, mut listed, mut true_ones) = (0, 0, 0);
+    let (mut hits, mut listed, mut crate_points) = (0, 0, 0);
     for (point, label) in points.iter().zip(&labels) {
-        let (is, said) = (clouds::on(&CRATE, point), *label == "1");
-        hits += usize::from(is && said);
-        listed += usize::from(said);
-        true_ones += usize::from(is);
+        let (is_crate, is_listed) = (clouds::is_on(&CRATE, point), *label == "1");
+        hits += usize::from(is_crate && is_listed);
+        listed += usize::from(is_listed);
+        crate_points += usize::from(is_crate);
     }
-    assert!(hits * 10 >= true_ones * 9, "{hits} of {true_ones}");
+    assert!(hits * 10 >= crate_points * 9, "{hits} of {crate_points}");
     assert!(hits * 10 >= listed * 9, "{hits} of {listed} listed");
 
     let written = fs::read(dir.path().join("n.ply")).expect("novelty");
     let cloud = read_cloud(&written, Some("ply")).expect("a cloud");
     assert_eq!(
         cloud.points.len(),
-        things[0]["points"].as_u64().expect("points") as usize
+        novelties[0]["points"].as_u64().expect("points") as usize
     );
 }
 
 #[test]
-fn a_crate_that_went_is_told_with_the_roles_swapped() {
+fn a_removed_crate_is_reported_as_disappeared() {
     let dir = clouds::folder();
     let ran = patrold(dir.path(), &["compare", "now.ply", "again.ply", "--json"]);
     let json = ran.json();
@@ -100,7 +100,7 @@ fn a_crate_that_went_is_told_with_the_roles_swapped() {
 }
 
 #[test]
-fn the_threshold_decides_and_reaching_it_is_enough() {
+fn the_verdict_is_changed_from_u_th_on() {
     let dir = clouds::folder();
     let with = |u_th: &str| {
         let ran = patrold(
@@ -131,9 +131,9 @@ fn the_threshold_decides_and_reaching_it_is_enough() {
 }
 
 #[test]
-fn points_that_are_not_finite_are_dropped_counted_and_labelled_0() {
+fn non_finite_points_are_dropped_counted_and_labelled_0() {
     let dir = clouds::folder();
-    let mut points = clouds::room(&[CRATE], 3);
+    let mut points = clouds::room_points(&[CRATE], 3);
     let n = points.len();
     for at in [0, 100, n] {
         points.insert(at, Point3::new(f64::NAN, 0.0, f64::INFINITY));
@@ -177,7 +177,7 @@ fn a_quiet_pair_has_a_label_for_every_point() {
         &["compare", "then.ply", "again.ply", "--labels-out", "l.txt"],
     );
     let text = fs::read_to_string(dir.path().join("l.txt")).expect("labels");
-    assert_eq!(text, "0\n".repeat(clouds::room(&[], 2).len()));
+    assert_eq!(text, "0\n".repeat(clouds::room_points(&[], 2).len()));
 }
 
 #[test]
@@ -213,11 +213,11 @@ fn the_paper_engine_runs() {
 }
 
 #[test]
-fn clouds_may_have_their_sensor_anywhere() {
+fn the_sensor_may_be_anywhere_in_the_clouds() {
     let dir = clouds::folder();
     let shift = Vector3::new(-10.0, 5.0, 1.5);
     for (name, crates, seed) in [("then", &[][..], 1), ("now", &[CRATE][..], 3)] {
-        let moved: Vec<_> = clouds::room(crates, seed)
+        let moved: Vec<_> = clouds::room_points(crates, seed)
             .iter()
             .map(|p| p + shift)
             .collect();
@@ -252,7 +252,7 @@ fn clouds_may_have_their_sensor_anywhere() {
 fn text_clouds_are_read_too() {
     let dir = clouds::folder();
     for (name, crates, seed) in [("then.xyz", &[][..], 1), ("now.pcd", &[CRATE][..], 3)] {
-        let points = clouds::room(crates, seed);
+        let points = clouds::room_points(crates, seed);
         let mut text = String::new();
         if name.ends_with("pcd") {
             let n = points.len();
@@ -274,7 +274,7 @@ fn text_clouds_are_read_too() {
 }
 
 #[test]
-fn people_get_prose() {
+fn without_json_the_report_is_text() {
     let dir = clouds::folder();
     let ran = patrold(dir.path(), &["compare", "then.ply", "now.ply"]);
     assert_eq!(ran.code, 10);

@@ -1,4 +1,4 @@
-//! `config check` and `config show`, and the layers that other commands run under.
+//! `config check`, `config show`, and the configuration of other commands.
 
 use crate::harness::clouds;
 use crate::harness::program::patrold;
@@ -13,7 +13,7 @@ fn folder(text: &str) -> tempfile::TempDir {
 }
 
 #[test]
-fn a_valid_file_is_said_to_be() {
+fn check_accepts_a_valid_file() {
     let dir = folder("");
     let ran = patrold(
         dir.path(),
@@ -39,7 +39,7 @@ fn the_shipped_file_is_valid_and_changes_nothing() {
 }
 
 #[test]
-fn every_mistake_is_told_at_once() {
+fn check_lists_every_error() {
     let dir = folder("[novelty]\nuth_m = 0.1\nground = \"l1\"\n[laser]\nport = 3\n");
     let ran = patrold(
         dir.path(),
@@ -58,11 +58,13 @@ fn every_mistake_is_told_at_once() {
     assert_eq!(lines.len(), 3);
     let ran = patrold(dir.path(), &["config", "check", "--config", "c.toml"]);
     assert_eq!((ran.code, ran.out.as_str()), (2, ""));
-    let told: Vec<&str> = ran.err.lines().collect();
-    assert_eq!(told.len(), 3, "{told:?}");
+    let errors: Vec<&str> = ran.err.lines().collect();
+    assert_eq!(errors.len(), 3, "{errors:?}");
     assert!(
-        told.iter().all(|line| line.starts_with("patrold: c.toml:")),
-        "{told:?}"
+        errors
+            .iter()
+            .all(|line| line.starts_with("patrold: c.toml:")),
+        "{errors:?}"
     );
     assert!(
         ran.err
@@ -71,7 +73,7 @@ fn every_mistake_is_told_at_once() {
 }
 
 #[test]
-fn show_says_where_each_value_came_from() {
+fn show_reports_the_origin_of_each_value() {
     let dir = folder("novelty.u_th_m = 0.003\n[waypoint.hall]\nu_th_m = 0.004\n");
     fs::create_dir(dir.path().join("c.d")).expect("folder");
     fs::write(dir.path().join("c.d/1.toml"), "[log]\nlevel = \"debug\"\n").expect("written");
@@ -83,22 +85,22 @@ fn show_says_where_each_value_came_from() {
     let json = ran.json();
     schema::check("config-show", &json);
     assert_eq!(json["files"], json!(["c.toml", "c.d/1.toml"]));
-    let of = |key: &str| {
+    let setting = |key: &str| {
         let all = json["settings"].as_array().expect("a list");
         let one = all.iter().find(|s| s["key"] == key);
         one.unwrap_or_else(|| panic!("{key}")).clone()
     };
-    assert_eq!(of("novelty.u_th_m")["value"], 0.003);
-    assert_eq!(of("novelty.u_th_m")["from"], "c.toml:1");
-    assert_eq!(of("log.level")["from"], "c.d/1.toml:2");
-    assert_eq!(of("novelty.ground")["from"], "default");
-    assert_eq!(of("waypoint.hall.u_th_m")["value"], 0.004);
-    let people = patrold(dir.path(), &["config", "show", "--config", "c.toml"]);
-    assert!(people.out.contains("novelty.u_th_m"), "{}", people.out);
+    assert_eq!(setting("novelty.u_th_m")["value"], 0.003);
+    assert_eq!(setting("novelty.u_th_m")["from"], "c.toml:1");
+    assert_eq!(setting("log.level")["from"], "c.d/1.toml:2");
+    assert_eq!(setting("novelty.ground")["from"], "default");
+    assert_eq!(setting("waypoint.hall.u_th_m")["value"], 0.004);
+    let text = patrold(dir.path(), &["config", "show", "--config", "c.toml"]);
+    assert!(text.out.contains("novelty.u_th_m"), "{}", text.out);
 }
 
 #[test]
-fn flags_win_over_the_file() {
+fn flags_override_the_file() {
     let dir = clouds::folder();
     fs::write(
         dir.path().join("c.toml"),
@@ -127,7 +129,7 @@ fn flags_win_over_the_file() {
 }
 
 #[test]
-fn relative_paths_start_at_the_file_whoever_reads_it_from_where() {
+fn relative_paths_start_at_the_folder_of_the_file() {
     let dir = folder("");
     fs::create_dir(dir.path().join("etc")).expect("folder");
     fs::write(dir.path().join("etc/c.toml"), "store.dir = \"store\"\n").expect("written");

@@ -1,12 +1,12 @@
-//! `evaluate`: its JSON, the same for any number of threads; its pairs as files that `compare` judges the same.
+//! `evaluate`: its JSON, the same for any number of threads; its dumped pairs, judged the same by `compare`.
 
 use crate::harness::program::patrold;
 use crate::harness::schema;
 use serde_json::Value;
 use std::fs;
 
-/// The report without what the clock says.
-fn timeless(mut report: Value) -> Value {
+/// The report without times.
+fn without_times(mut report: Value) -> Value {
     report["seconds"] = Value::Null;
     for row in report["rows"].as_array_mut().into_iter().flatten() {
         row["verdict_ms"] = Value::Null;
@@ -15,7 +15,7 @@ fn timeless(mut report: Value) -> Value {
 }
 
 #[test]
-fn the_report_has_its_form_and_does_not_depend_on_threads() {
+fn the_report_fits_its_schema_and_does_not_depend_on_threads() {
     let dir = tempfile::tempdir().expect("temp dir");
     let with = |threads: &str| {
         let pairs = [
@@ -35,18 +35,18 @@ fn the_report_has_its_form_and_does_not_depend_on_threads() {
     let report = with("1");
     schema::check("evaluate", &report);
     assert_eq!(report["pairs"], 3);
-    assert_eq!(timeless(report), timeless(with("3")));
+    assert_eq!(without_times(report), without_times(with("3")));
 }
 
 #[test]
-fn pairs_as_files_are_judged_as_in_the_run() {
+fn dumped_pairs_are_judged_as_in_the_run() {
     let dir = tempfile::tempdir().expect("temp dir");
     let args = [
         "--pair", "box-0", "--view", "bare", "--dump", "pairs", "--json",
     ];
     let ran = patrold(dir.path(), &[&["evaluate"], &args[..]].concat());
     let report = ran.json();
-    let told = &report["rows"][0]["changed"]["count"];
+    let changed = &report["rows"][0]["changed"]["count"];
 
     let text = fs::read_to_string(dir.path().join("pairs/manifest.json")).expect("a manifest");
     let manifest: Value = serde_json::from_str(&text).expect("JSON");
@@ -61,7 +61,7 @@ fn pairs_as_files_are_judged_as_in_the_run() {
     );
     let line = compared.json();
     schema::check("compare", &line);
-    assert_eq!(line["verdict"] == "changed", *told == 1, "{line}");
+    assert_eq!(line["verdict"] == "changed", *changed == 1, "{line}");
 
     let labels = pair["current_labels"].as_str().expect("a file");
     let labels = fs::read_to_string(dir.path().join("pairs").join(labels)).expect("labels");
@@ -73,9 +73,9 @@ fn pairs_as_files_are_judged_as_in_the_run() {
 }
 
 #[test]
-fn what_does_not_exist_is_named() {
+fn unknown_names_are_refused_with_the_known_ones() {
     let dir = tempfile::tempdir().expect("temp dir");
-    for (args, told) in [
+    for (args, names) in [
         (["--place", "moon"], "office, corridor"),
         (["--sensor", "eye"], "urg, urg-1.5"),
         (["--pair", "tree-1"], "such as quiet-17"),
@@ -83,6 +83,6 @@ fn what_does_not_exist_is_named() {
     ] {
         let ran = patrold(dir.path(), &[&["evaluate"], &args[..]].concat());
         assert_eq!(ran.code, 2, "{ran:?}");
-        assert!(ran.err.contains(told), "{ran:?}");
+        assert!(ran.err.contains(names), "{ran:?}");
     }
 }

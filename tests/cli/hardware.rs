@@ -1,4 +1,4 @@
-//! The commands that talk to devices and to the service: on emulated ports, and where nobody answers.
+//! The commands that need devices or the service: on emulated ports, and where nothing answers.
 
 use crate::harness::program::{command, patrold};
 use crate::harness::schema;
@@ -7,12 +7,12 @@ use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Child, Stdio};
 
-/// An emulator that ends with the test.
-struct Emulator(Child);
+/// A running `patrold emulate`, killed when dropped.
+struct EmulatorProcess(Child);
 
-impl Drop for Emulator {
+impl Drop for EmulatorProcess {
     fn drop(&mut self) {
-        // Gone already is as good.
+        // It may have ended already.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
@@ -25,8 +25,8 @@ fn folder() -> tempfile::TempDir {
     dir
 }
 
-/// Devices in the office, on the ports that the configuration of `folder` names.
-fn emulated(dir: &Path, options: &[&str]) -> Emulator {
+/// Emulates the devices in the office, on the ports of the configuration of `folder`.
+fn start_emulator(dir: &Path, options: &[&str]) -> EmulatorProcess {
     let scene = patrold_test_support::workspace_root().join("config/scenes/office.toml");
     let scene = scene.to_string_lossy();
     let args = [
@@ -37,7 +37,7 @@ fn emulated(dir: &Path, options: &[&str]) -> Emulator {
         .spawn()
         .expect("starts");
     let out = child.stdout.take().expect("piped");
-    let emulator = Emulator(child);
+    let emulator = EmulatorProcess(child);
     let mut line = String::new();
     BufReader::new(out).read_line(&mut line).expect("a line");
     let ready = serde_json::from_str(&line).expect("JSON");
@@ -46,7 +46,7 @@ fn emulated(dir: &Path, options: &[&str]) -> Emulator {
 }
 
 #[test]
-fn a_calibration_finds_what_the_emulators_hide_and_its_kept_sweeps_tell_the_same() {
+fn a_calibration_finds_the_hidden_offsets_and_its_kept_sweeps_give_the_same() {
     let dir = folder();
     let hidden = [
         "--time-scale",
@@ -58,36 +58,36 @@ fn a_calibration_finds_what_the_emulators_hide_and_its_kept_sweeps_tell_the_same
         "--ptu-option",
         "backlash=3/3",
     ];
-    let _emulator = emulated(dir.path(), &hidden);
+    let _emulator = start_emulator(dir.path(), &hidden);
     let asked = ["--one-pan", "--time-scale", "3", "--keep", "kept"];
     let asked = [&["calibrate", "--config", "c.toml", "--json"], &asked[..]].concat();
     let ran = patrold(dir.path(), &asked);
     assert_eq!(ran.code, 0, "{ran:?}");
     let found = ran.json();
     schema::check("calibrate", &found);
-    let told = |name: &str| {
+    let parameter = |name: &str| {
         let all = found["parameters"].as_array().into_iter().flatten();
         let one = all.clone().find(|p| p["name"] == name);
         one.unwrap_or_else(|| panic!("no {name} in {found}"))
     };
-    // A count of the head is 0.0514 deg; what the stamps are late is taken off again.
+    // One count of the head is 0.0514 deg; late stamps need a negative offset.
     let hidden = [
         ("yaw", 0.8),
         ("backlash", 3.0 * 0.0514),
         ("time_offset", -4.0),
     ];
     for (name, truth) in hidden {
-        let [value, sigma] = ["value", "sigma"].map(|key| told(name)[key].as_f64());
+        let [value, sigma] = ["value", "sigma"].map(|key| parameter(name)[key].as_f64());
         let error = (value.expect("a value") - truth).abs();
         assert!(error < 4.0 * sigma.expect("a sigma"), "{name} in {found}");
     }
-    // By one pan floor and ceiling alone tell the roll: where that is enough it is right.
-    match ["value", "sigma"].map(|key| told("roll")[key].as_f64()) {
+    // At one pan only floor and ceiling determine the roll: where it is observable, it is right.
+    match ["value", "sigma"].map(|key| parameter("roll")[key].as_f64()) {
         [Some(value), Some(sigma)] => assert!((value - 0.4).abs() < 4.0 * sigma, "{found}"),
-        _ => assert_eq!(told("roll")["observable"], false, "{found}"),
+        _ => assert_eq!(parameter("roll")["observable"], false, "{found}"),
     }
-    // The pitch not at all.
-    assert_eq!(told("pitch")["observable"], false, "{found}");
+    // The pitch is not observable.
+    assert_eq!(parameter("pitch")["observable"], false, "{found}");
 
     let kept = found["sweeps"].as_u64().expect("a number");
     let kept: Vec<String> = (1..=kept).map(|k| format!("kept/sweep-{k}.raw")).collect();
@@ -95,7 +95,7 @@ fn a_calibration_finds_what_the_emulators_hide_and_its_kept_sweeps_tell_the_same
     again.extend(kept.iter().map(String::as_str));
     assert_eq!(patrold(dir.path(), &again).json(), found);
 
-    // Known to be level, the floor tells the pitch from the same sweeps.
+    // With a level floor the same sweeps determine the pitch.
     again.extend(["--level-floor", "0.05"]);
     let ran = patrold(dir.path(), &again);
     assert_eq!(ran.code, 0, "{ran:?}");
@@ -111,14 +111,14 @@ fn a_calibration_finds_what_the_emulators_hide_and_its_kept_sweeps_tell_the_same
     assert_eq!(
         patrold(dir.path(), &again).code,
         2,
-        "no floor is that level"
+        "a level floor needs a standard deviation above 0"
     );
 }
 
 #[test]
-fn emulated_devices_say_who_they_are() {
+fn emulated_devices_report_their_identity() {
     let dir = folder();
-    let _emulator = emulated(dir.path(), &[]);
+    let _emulator = start_emulator(dir.path(), &[]);
     let ran = patrold(dir.path(), &["devices", "--config", "c.toml", "--json"]);
     let json = ran.json();
     schema::check("devices", &json);
@@ -130,15 +130,15 @@ fn emulated_devices_say_who_they_are() {
         "{json}"
     );
     assert_eq!(json["ptu"]["port"], "ptu");
-    // Pseudo-terminals are no ports of the machine.
+    // Pseudo-terminals are not listed as serial ports.
     let ports = json["ports"].as_array().expect("a list");
     assert!(ports.iter().all(|p| p["path"] != "ptu"), "{json}");
 }
 
 #[test]
-fn a_unit_that_is_not_the_one_wanted_is_refused_by_name() {
+fn a_device_with_another_serial_or_version_is_refused_by_name() {
     let dir = folder();
-    let _emulator = emulated(dir.path(), &["--laser-option", "serial=00900001"]);
+    let _emulator = start_emulator(dir.path(), &["--laser-option", "serial=00900001"]);
     let config = fs::read_to_string(dir.path().join("c.toml")).expect("there");
     for (wanted, refused) in [
         (
@@ -167,7 +167,7 @@ fn a_unit_that_is_not_the_one_wanted_is_refused_by_name() {
 }
 
 #[test]
-fn a_port_by_identity_that_is_not_there_is_told_with_what_is() {
+fn a_missing_usb_port_is_an_error_with_the_ports_present() {
     let dir = folder();
     let config = "laser.port = \"usb:15d1:ffff:NONE\"\nptu.port = \"usb:0403:6001:NONE\"\n";
     fs::write(dir.path().join("c.toml"), config).expect("written");
@@ -185,7 +185,7 @@ fn a_port_by_identity_that_is_not_there_is_told_with_what_is() {
 }
 
 #[test]
-fn ports_without_devices_are_told_each() {
+fn every_port_without_a_device_has_its_error() {
     let dir = folder();
     let ran = patrold(dir.path(), &["devices", "--config", "c.toml", "--json"]);
     let json = ran.json();
@@ -202,7 +202,7 @@ fn ports_without_devices_are_told_each() {
 }
 
 #[test]
-fn without_a_service_and_without_devices_one_line_says_so() {
+fn without_service_and_devices_the_error_is_one_line() {
     let dir = folder();
     for (args, names) in [
         (
@@ -210,7 +210,7 @@ fn without_a_service_and_without_devices_one_line_says_so() {
             &["p.sock", "systemctl start patrold"][..],
         ),
         (&["teach", "hall"], &["p.sock", "systemctl start patrold"]),
-        // Both are absent: whichever port is tried first.
+        // Both are absent: the error names the port that was opened first.
         (&["sweep", "--out", "s.ply"], &[".port): no device at"]),
         (&["emulate", "--scene", "no.toml"], &["no.toml"]),
     ] {
@@ -234,7 +234,7 @@ fn without_a_service_and_without_devices_one_line_says_so() {
 }
 
 #[test]
-fn a_service_whose_store_cannot_be_says_so() {
+fn a_service_without_a_usable_store_fails_with_the_path() {
     let dir = folder();
     fs::write(dir.path().join("store"), "a file").expect("written");
     let ran = patrold(dir.path(), &["run", "--config", "c.toml"]);

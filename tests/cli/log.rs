@@ -1,9 +1,9 @@
-//! A database that the library filled, whose alarm log and waypoints the command line shows.
+//! A database filled through the library, for the tests of `alarms` and `waypoints`.
 
-use crate::harness::program::{Ran, patrold};
+use crate::harness::program::{CommandOutput, patrold};
 use crate::harness::schema;
 use nalgebra::{Matrix3, Point3};
-use patrold::store::{NewReference, NewVisit, Stamp, Store, SweepRecord};
+use patrold::store::{NewReference, NewVisit, RecordTime, Store, SweepRecord};
 use patrold_engine::geometry::View;
 use patrold_engine::mixture::{Gaussian, Mixture};
 use patrold_engine::novelty::Verdict;
@@ -11,9 +11,9 @@ use patrold_engine::report::{MethodsRecord, NoveltyRecord, ShapeRecord};
 use std::fs;
 use std::path::Path;
 
-/// 2027-01-15T08:00:00Z and so many seconds.
-pub fn stamp(second: i64) -> Stamp {
-    Stamp {
+/// Seconds after 2027-01-15T08:00:00Z.
+pub fn record_time(second: i64) -> RecordTime {
+    RecordTime {
         at: jiff::Timestamp::from_second(1_800_000_000 + second).expect("a time"),
         boot_id: "boot-1".to_owned(),
     }
@@ -30,7 +30,7 @@ pub fn mixture() -> Mixture {
     }
 }
 
-pub fn thing(x: f64) -> NoveltyRecord {
+pub fn novelty(x: f64) -> NoveltyRecord {
     let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let shape = ShapeRecord {
         class: "sphere".to_owned(),
@@ -66,7 +66,7 @@ pub fn thing(x: f64) -> NoveltyRecord {
 }
 
 pub fn teach(store: &mut Store, waypoint: &str, second: i64) {
-    let view = View::bare(vec![Point3::new(1.0, 2.0, second as f64)], Point3::origin());
+    let view = View::from_points(vec![Point3::new(1.0, 2.0, second as f64)], Point3::origin());
     let sweep = SweepRecord {
         view: Some(&view),
         raw: None,
@@ -79,7 +79,7 @@ pub fn teach(store: &mut Store, waypoint: &str, second: i64) {
         engine: "{}",
         seed: 7,
     };
-    store.teach(&new, &stamp(second)).expect("taught");
+    store.teach(&new, &record_time(second)).expect("taught");
 }
 
 pub fn visit(
@@ -89,7 +89,7 @@ pub fn visit(
     seen: &[NoveltyRecord],
     second: i64,
 ) {
-    let view = View::bare(vec![Point3::new(9.0, 2.0, second as f64)], Point3::origin());
+    let view = View::from_points(vec![Point3::new(9.0, 2.0, second as f64)], Point3::origin());
     let visit = NewVisit {
         waypoint,
         reference_id: Some(store.reference(waypoint).expect("reference").id),
@@ -109,38 +109,38 @@ pub fn visit(
         same_place_m: 0.5,
     };
     store
-        .record_visit(&visit, &stamp(second))
+        .record_visit(&visit, &record_time(second))
         .expect("recorded");
 }
 
-/// Alarms 1 (dock, cleared), 2 (hall, acknowledged) and 3 (hall, open, two things), raised an hour apart.
-pub fn folder() -> tempfile::TempDir {
+/// Alarms 1 (dock, cleared), 2 (hall, acknowledged) and 3 (hall, open, two novelties), raised an hour apart.
+pub fn store_folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(&dir.path().join("store")).expect("store");
     teach(&mut store, "hall", 0);
     teach(&mut store, "dock", 10);
-    visit(&mut store, "dock", Verdict::Changed, &[thing(1.0)], 3600);
+    visit(&mut store, "dock", Verdict::Changed, &[novelty(1.0)], 3600);
     visit(&mut store, "dock", Verdict::Quiet, &[], 3700);
-    visit(&mut store, "hall", Verdict::Changed, &[thing(1.0)], 7200);
+    visit(&mut store, "hall", Verdict::Changed, &[novelty(1.0)], 7200);
     store
-        .acknowledge(2, "ana", Some("the \"red\" bin, again"), &stamp(7300))
+        .acknowledge(2, "ana", Some("the \"red\" bin, again"), &record_time(7300))
         .expect("acknowledged");
     visit(
         &mut store,
         "hall",
         Verdict::Changed,
-        &[thing(3.0), thing(5.0)],
+        &[novelty(3.0), novelty(5.0)],
         10_800,
     );
     fs::write(dir.path().join("c.toml"), "store.dir = \"store\"\n").expect("written");
     dir
 }
 
-pub fn run(dir: &Path, args: &[&str]) -> Ran {
+pub fn run(dir: &Path, args: &[&str]) -> CommandOutput {
     patrold(dir, &[args, &["--config", "c.toml"]].concat())
 }
 
-pub fn ids(ran: &Ran) -> Vec<i64> {
+pub fn ids(ran: &CommandOutput) -> Vec<i64> {
     assert_eq!((ran.code, ran.err.as_str()), (0, ""));
     let json = ran.json();
     schema::check("alarms-list", &json);

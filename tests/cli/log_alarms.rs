@@ -1,15 +1,15 @@
-//! The alarm log as the command line shows it: lists, filters, one alarm, acknowledgement, export.
+//! `patrold alarms`: list, filters, show, ack, export.
 
 use crate::harness::program::patrold;
 use crate::harness::schema;
-use crate::log::{folder, ids, run};
+use crate::log::{ids, run, store_folder};
 use patrold::store::Store;
 use serde_json::json;
 use std::fs;
 
 #[test]
-fn every_filter_narrows_the_list() {
-    let dir = folder();
+fn every_filter_selects_its_alarms() {
+    let dir = store_folder();
     for (filter, expected) in [
         (&[][..], &[3, 2, 1][..]),
         (&["--since", "2027-01-15T09:30:00Z"], &[3, 2]),
@@ -56,8 +56,8 @@ fn every_filter_narrows_the_list() {
 }
 
 #[test]
-fn one_alarm_is_shown_with_all_that_is_known() {
-    let dir = folder();
+fn show_prints_all_about_one_alarm() {
+    let dir = store_folder();
     let ran = run(dir.path(), &["alarms", "show", "2", "--json"]);
     let json = ran.json();
     schema::check("alarm", &json);
@@ -66,11 +66,11 @@ fn one_alarm_is_shown_with_all_that_is_known() {
     assert_eq!(json["frame"], "hall/1");
     assert_eq!(json["raised_at"], "2027-01-15T10:00:00.000Z");
     assert_eq!(json["novelties"][0]["shape"]["class"], "sphere");
-    let people = run(dir.path(), &["alarms", "show", "2"]);
+    let text = run(dir.path(), &["alarms", "show", "2"]);
     assert!(
-        people.out.contains("alarm 2 at hall: acknowledged"),
+        text.out.contains("alarm 2 at hall: acknowledged"),
         "{}",
-        people.out
+        text.out
     );
     let table = run(dir.path(), &["alarms"]);
     assert!(
@@ -81,8 +81,8 @@ fn one_alarm_is_shown_with_all_that_is_known() {
 }
 
 #[test]
-fn acknowledging_is_kept() {
-    let dir = folder();
+fn an_acknowledgement_is_stored() {
+    let dir = store_folder();
     let ran = run(
         dir.path(),
         &[
@@ -108,7 +108,7 @@ fn acknowledging_is_kept() {
 
 #[test]
 fn alarms_are_exported_as_json_lines_and_csv() {
-    let dir = folder();
+    let dir = store_folder();
     let ran = run(dir.path(), &["alarms", "export"]);
     let lines = ran.json_lines();
     assert_eq!(lines.len(), 3);
@@ -116,7 +116,7 @@ fn alarms_are_exported_as_json_lines_and_csv() {
 
     let csv = run(dir.path(), &["alarms", "export", "--format", "csv"]).out;
     let lines: Vec<&str> = csv.lines().collect();
-    assert_eq!(lines.len(), 1 + 4, "a line per thing: {csv}");
+    assert_eq!(lines.len(), 1 + 4, "a line per novelty: {csv}");
     let columns = lines[0].split(',').count();
     assert_eq!(lines[1].split(',').count(), columns);
     assert!(csv.contains("\"the \"\"red\"\" bin, again\""), "{csv}");
@@ -147,8 +147,8 @@ fn an_empty_database_has_empty_lists() {
 }
 
 #[test]
-fn flags_may_stand_before_the_command_as_after_it() {
-    let dir = folder();
+fn options_may_stand_before_and_after_the_action() {
+    let dir = store_folder();
     let before = patrold(
         dir.path(),
         &[
@@ -174,11 +174,11 @@ fn flags_may_stand_before_the_command_as_after_it() {
         &["alarms", "--config", "c.toml", "--limit", "1", "export"],
     );
     assert_eq!(exported.json()["id"], 3);
-    for senseless in [
+    for contradictory in [
         &["alarms", "--limit", "1", "show", "3"][..],
         &["alarms", "export", "--json", "--format", "csv"],
     ] {
-        let ran = run(dir.path(), senseless);
-        assert_eq!((ran.code, ran.out.as_str()), (2, ""), "{senseless:?}");
+        let ran = run(dir.path(), contradictory);
+        assert_eq!((ran.code, ran.out.as_str()), (2, ""), "{contradictory:?}");
     }
 }

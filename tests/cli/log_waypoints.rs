@@ -1,7 +1,7 @@
-//! The waypoints as the command line shows them, and what the log tells of places and units.
+//! `patrold waypoints`, and positions and units in the alarm log.
 
 use crate::harness::schema;
-use crate::log::{folder, ids, run, stamp, thing};
+use crate::log::{ids, novelty, record_time, run, store_folder};
 use patrold::store::{NewVisit, Store};
 use patrold_engine::novelty::Verdict;
 use serde_json::{Value, json};
@@ -9,7 +9,7 @@ use std::fs;
 
 #[test]
 fn waypoints_are_listed_shown_and_forgotten() {
-    let dir = folder();
+    let dir = store_folder();
     let list = run(dir.path(), &["waypoints", "--json"]);
     let json = list.json();
     schema::check("waypoints-list", &json);
@@ -43,8 +43,8 @@ fn waypoints_are_listed_shown_and_forgotten() {
 }
 
 #[test]
-fn a_waypoint_that_the_log_never_heard_of_is_an_error() {
-    let dir = folder();
+fn an_unknown_waypoint_is_an_error() {
+    let dir = store_folder();
     run(dir.path(), &["waypoints", "forget", "dock"]);
     for args in [
         &["alarms", "--waypoint", "hal"][..],
@@ -69,8 +69,8 @@ fn a_waypoint_that_the_log_never_heard_of_is_an_error() {
 }
 
 #[test]
-fn places_on_the_map_are_told_where_they_are_configured() {
-    let dir = folder();
+fn map_positions_are_reported_where_map_pose_is_configured() {
+    let dir = store_folder();
     fs::write(
         dir.path().join("c.toml"),
         "store.dir = \"store\"\n[waypoint.hall]\nmap_pose = [10.0, 20.0, 90.0]\n",
@@ -78,21 +78,18 @@ fn places_on_the_map_are_told_where_they_are_configured() {
     .expect("written");
     let shown = run(dir.path(), &["alarms", "show", "3", "--json"]).json();
     schema::check("alarm", &shown);
-    let place = |value: &Value| -> Vec<f64> {
-        let list = value.as_array().expect("a place");
+    let point = |value: &Value| -> Vec<f64> {
+        let list = value.as_array().expect("a point");
         list.iter().filter_map(Value::as_f64).collect()
     };
-    let on_map = place(&shown["novelties"][0]["map_centre"]);
+    let on_map = point(&shown["novelties"][0]["map_centre"]);
     for (got, expected) in on_map.iter().zip([10.0, 23.0, 0.0]) {
         assert!((got - expected).abs() < 1e-9, "{on_map:?}");
     }
     let elsewhere = run(dir.path(), &["alarms", "show", "1", "--json"]).json();
     assert_eq!(elsewhere["novelties"][0].get("map_centre"), None);
-    let people = run(dir.path(), &["alarms", "show", "3"]).out;
-    assert!(
-        people.contains("on the map at 10.00, 23.00, 0.00"),
-        "{people}"
-    );
+    let text = run(dir.path(), &["alarms", "show", "3"]).out;
+    assert!(text.contains("on the map at 10.00, 23.00, 0.00"), "{text}");
     let csv = run(dir.path(), &["alarms", "export", "--format", "csv"]).out;
     assert!(
         csv.lines()
@@ -102,8 +99,8 @@ fn places_on_the_map_are_told_where_they_are_configured() {
 }
 
 #[test]
-fn a_distance_is_told_with_the_unit_of_its_ground() {
-    let dir = folder();
+fn a_distance_has_the_unit_of_its_ground_distance() {
+    let dir = store_folder();
     let metres = run(dir.path(), &["alarms", "show", "3"]).out;
     assert!(
         metres.contains("d_GMM 0.002100 m, U_th 0.000500 m:"),
@@ -125,10 +122,12 @@ fn a_distance_is_told_with_the_unit_of_its_ground() {
         seed: 7,
         engine: r#"{"ground": "fm"}"#,
         report: "{}",
-        novelties: &[thing(1.0)],
+        novelties: &[novelty(1.0)],
         same_place_m: 0.5,
     };
-    store.record_visit(&fm, &stamp(20_000)).expect("recorded");
+    store
+        .record_visit(&fm, &record_time(20_000))
+        .expect("recorded");
     let bare = run(dir.path(), &["alarms", "show", "4"]).out;
     assert!(bare.contains("d_GMM 0.012100, U_th 0.002000:"), "{bare}");
 }

@@ -1,7 +1,7 @@
 //! `compare --manifest`: many pairs, one line each, one exit code.
 
 use crate::harness::clouds;
-use crate::harness::program::{Ran, patrold};
+use crate::harness::program::{CommandOutput, patrold};
 use crate::harness::schema;
 use serde_json::{Value, json};
 use std::fs;
@@ -11,14 +11,14 @@ fn pair(name: &str, reference: &str, current: &str) -> Value {
     json!({"name": name, "reference": reference, "current": current})
 }
 
-fn run(dir: &Path, pairs: &[Value]) -> Ran {
+fn run(dir: &Path, pairs: &[Value]) -> CommandOutput {
     let manifest = json!({"pairs": pairs, "units": "m", "truth": {"any": "thing"}});
     fs::write(dir.join("pairs.json"), manifest.to_string()).expect("written");
     patrold(dir, &["compare", "--manifest", "pairs.json", "--json"])
 }
 
 #[test]
-fn each_pair_has_a_line_in_order_and_one_failure_stops_none() {
+fn each_pair_has_a_line_in_order_and_a_failure_stops_no_other() {
     let dir = clouds::folder();
     let pairs = [
         pair("noise", "then.ply", "again.ply"),
@@ -48,7 +48,7 @@ fn each_pair_has_a_line_in_order_and_one_failure_stops_none() {
 }
 
 #[test]
-fn the_exit_code_is_the_gravest_of_the_verdicts() {
+fn the_exit_code_is_that_of_the_worst_result() {
     let dir = clouds::folder();
     let same = pair("same", "then.ply", "then.ply");
     let changed = pair("crate", "then.ply", "now.ply");
@@ -75,7 +75,7 @@ fn paths_are_relative_to_the_manifest() {
 }
 
 #[test]
-fn a_line_of_a_manifest_is_the_line_of_the_pair_alone() {
+fn a_pair_of_a_manifest_gives_the_same_line_alone() {
     let dir = clouds::folder();
     let mut from_manifest = run(
         dir.path(),
@@ -95,7 +95,7 @@ fn a_line_of_a_manifest_is_the_line_of_the_pair_alone() {
 }
 
 #[test]
-fn a_malformed_pair_is_one_line_and_the_others_still_run() {
+fn a_malformed_pair_is_one_error_line_and_the_others_run() {
     let dir = clouds::folder();
     let pairs = [
         json!({"name": "half", "reference": "then.ply"}),
@@ -122,7 +122,7 @@ fn a_malformed_pair_is_one_line_and_the_others_still_run() {
 }
 
 #[test]
-fn origins_of_the_command_line_hold_for_pairs_without_their_own() {
+fn origins_of_the_command_line_apply_to_pairs_without_their_own() {
     let dir = clouds::folder();
     let mut own = pair("own", "then.ply", "again.ply");
     own["sensor_origin"] = json!([0, 0, 0]);

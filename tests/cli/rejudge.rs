@@ -1,34 +1,34 @@
-//! `patrold rejudge`: a stored sweep gives its stored verdict, and another one under another threshold.
+//! `patrold rejudge`: the stored verdict with unchanged settings, another one with another threshold.
 
 use crate::harness::clouds;
 use crate::harness::program::patrold;
 use crate::harness::schema;
 use nalgebra::Point3;
 use patrold::config::Settings;
-use patrold::store::{NewReference, NewVisit, Stamp, Store, SweepRecord};
+use patrold::store::{NewReference, NewVisit, RecordTime, Store, SweepRecord};
 use patrold_engine::geometry::View;
 use patrold_engine::inspect::{inspect, prepare};
 use patrold_engine::novelty::Verdict;
-use patrold_engine::sweep::{LegLines, Quality};
+use patrold_engine::sweep::{PanSegmentLines, SweepQuality};
 use serde_json::json;
 use std::fs;
 
-fn stamp(second: i64) -> Stamp {
-    Stamp {
+fn record_time(second: i64) -> RecordTime {
+    RecordTime {
         at: jiff::Timestamp::from_second(1_800_000_000 + second).expect("a time"),
         boot_id: "boot-1".to_owned(),
     }
 }
 
 fn quality(lines_got: usize) -> String {
-    let quality = Quality {
+    let quality = SweepQuality {
         lines_expected: 100,
         lines_got,
         gaps: 0,
         widest_gap_lines: 0,
         widest_gap_rad: 0.0,
         line_pitch_rad: 0.01,
-        legs: vec![LegLines {
+        pan_segments: vec![PanSegmentLines {
             pan_rad: 0.0,
             expected: 100,
             got: lines_got,
@@ -46,20 +46,22 @@ fn quality(lines_got: usize) -> String {
     json!(quality).to_string()
 }
 
-/// Visit 1 saw a crate, visit 2 nothing new, visit 3 the crate in an incomplete sweep; visit 4 took no sweep.
-fn folder() -> tempfile::TempDir {
+/// Visit 1 has a crate, visit 2 no change, visit 3 the crate in an incomplete sweep, visit 4 no sweep.
+fn store_folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("temp dir");
     fs::write(dir.path().join("c.toml"), "store.dir = \"store\"\n").expect("written");
     let mut store = Store::open(&dir.path().join("store")).expect("store");
     let settings = Settings::defaults();
-    let (engine, seed) = (settings.engine(Some("hall")), 7);
-    let seen = |crates: &[_], noise| View::bare(clouds::room(crates, noise), Point3::origin());
-    let then = seen(&[], 1);
-    let reference = prepare(&then, &engine, seed).expect("a reference");
+    let (engine, seed) = (settings.engine_settings(Some("hall")), 7);
+    let view = |crates: &[_], noise| {
+        View::from_points(clouds::room_points(crates, noise), Point3::origin())
+    };
+    let before = view(&[], 1);
+    let reference = prepare(&before, &engine, seed).expect("a reference");
     let new = NewReference {
         waypoint: "hall",
         sweep: SweepRecord {
-            view: Some(&then),
+            view: Some(&before),
             raw: None,
             quality: &quality(100),
         },
@@ -67,16 +69,16 @@ fn folder() -> tempfile::TempDir {
         engine: &settings.engine_json(),
         seed,
     };
-    store.teach(&new, &stamp(0)).expect("taught");
+    store.teach(&new, &record_time(0)).expect("taught");
     for (second, crates, lines) in [
         (10, &[clouds::CRATE][..], 100),
         (20, &[], 100),
         (30, &[clouds::CRATE], 50),
         (40, &[], 0),
     ] {
-        let now = seen(crates, 3);
+        let now = view(crates, 3);
         let found = inspect(&reference, &now, &engine, seed, &mut |_| ()).expect("compared");
-        let good = lines == 100;
+        let complete = lines == 100;
         let quality = quality(lines);
         let visit = NewVisit {
             waypoint: "hall",
@@ -86,13 +88,13 @@ fn folder() -> tempfile::TempDir {
                 raw: None,
                 quality: &quality,
             }),
-            verdict: if good {
+            verdict: if complete {
                 found.detection.verdict
             } else {
                 Verdict::NotObserved
             },
             reason: "test",
-            d_gmm: good.then_some(found.detection.d_gmm),
+            d_gmm: complete.then_some(found.detection.d_gmm),
             u_th: found.detection.u_th,
             seed,
             engine: &settings.engine_json(),
@@ -101,15 +103,15 @@ fn folder() -> tempfile::TempDir {
             same_place_m: 0.5,
         };
         store
-            .record_visit(&visit, &stamp(second))
+            .record_visit(&visit, &record_time(second))
             .expect("recorded");
     }
     dir
 }
 
 #[test]
-fn a_stored_sweep_is_judged_again() {
-    let dir = folder();
+fn a_stored_sweep_gets_its_stored_verdict_and_another_threshold_another_one() {
+    let dir = store_folder();
     let run = |args: &[&str]| {
         let all = [&["rejudge", "--config", "c.toml"], args].concat();
         patrold(dir.path(), &all)
@@ -136,7 +138,7 @@ fn a_stored_sweep_is_judged_again() {
     assert_eq!((none.code, none.out.as_str()), (1, ""));
     assert!(
         none.err
-            .contains("the sweep of visit 4 is not kept: none was taken"),
+            .contains("the sweep of visit 4 is not in the store: none was taken"),
         "{}",
         none.err
     );
@@ -154,9 +156,9 @@ fn a_stored_sweep_is_judged_again() {
     assert_eq!(json["judged"]["u_th"], 0.9);
     assert_eq!(json["judged"]["d_gmm"], json["stored"]["d_gmm"]);
     assert_eq!(run(&["1", "--stored-u-th"]).code, 10);
-    let people = run(&["1"]).out;
+    let text = run(&["1"]).out;
     assert!(
-        people.contains("stored: changed") && people.contains("now:    quiet"),
-        "{people}"
+        text.contains("stored: changed") && text.contains("now:    quiet"),
+        "{text}"
     );
 }

@@ -1,11 +1,11 @@
-//! `reproduce`: its JSON, the same for any number of threads; a scene that runs again alone gives what it gave.
+//! `reproduce`: its JSON, the same for any number of threads and for a scene run alone; its figures.
 
 use crate::harness::program::patrold;
 use crate::harness::schema;
 use serde_json::Value;
 
-/// The report without what the clock says.
-fn timeless(mut report: Value) -> Value {
+/// The report without times.
+fn without_times(mut report: Value) -> Value {
     report["seconds"] = Value::Null;
     for row in report["rows"].as_array_mut().into_iter().flatten() {
         row["chain_ms"] = Value::Null;
@@ -32,47 +32,47 @@ fn row<'a>(report: &'a Value, set: &str, way: &str, of: &str) -> &'a Value {
 }
 
 #[test]
-fn the_first_table_has_its_form_and_does_not_depend_on_threads() {
+fn table1_fits_its_schema_and_does_not_depend_on_threads() {
     let with = |threads| reproduce(&["table1", "--scenes", "1", "--threads", threads]);
     let report = with("1");
     let all = row(&report, "printed", "feature", "all");
     assert_eq!((&all["objects"], &all["empty"]), (&3.into(), &1.into()));
     assert_eq!(report["paper"].as_array().map(Vec::len), Some(2));
-    // A ball has no axes; a bar none about its own; four sets of five columns were run.
-    let bar = row(&report, "fine", "feature", "cylinder");
-    assert_eq!(bar["rotation_deg"][2], Value::Null);
+    // The rotation of a cylinder about its axis has no error; four sets of five columns were run.
+    let cylinder = row(&report, "fine", "feature", "cylinder");
+    assert_eq!(cylinder["rotation_deg"][2], Value::Null);
     let columns = report["rows"].as_array().into_iter().flatten();
     assert_eq!(columns.filter(|r| r["of"] == "all").count(), 4 * 5);
-    assert_eq!(timeless(report), timeless(with("2")));
+    assert_eq!(without_times(report), without_times(with("2")));
 }
 
 #[test]
-fn a_scene_run_alone_gives_what_it_gave_among_others() {
+fn a_scene_gives_the_same_result_when_run_alone() {
     let some = ["table1", "--set", "printed", "--way", "feature"];
     let many = reproduce(&[&some[..], &["--scenes", "2"]].concat());
     let alone = reproduce(&[&some[..], &["--scenes", "2", "--scene", "plane-1"]].concat());
     let of = |report: &Value, key: &str| row(report, "printed", "feature", "plane")[key].clone();
     assert_eq!(of(&alone, "objects"), 1);
-    let told = |report: &Value| {
+    let miss = |report: &Value| {
         let misses = report["misses"].as_array().cloned().unwrap_or_default();
         misses.into_iter().find(|m| m["scene"] == "plane-1")
     };
-    assert_eq!(told(&alone), told(&many));
+    assert_eq!(miss(&alone), miss(&many));
 }
 
 #[test]
-fn the_second_table_is_swept_by_a_robot_that_comes_back_elsewhere() {
+fn table2_has_every_site_with_mixtures_smaller_than_clouds() {
     let report = reproduce(&["table2", "--scenes", "1", "--way", "feature"]);
     for site in ["door-opened", "person", "door-closed"] {
         let [mixture, cloud] =
             [0, 1].map(|k| row(&report, "sites", "feature", site)["bytes"][k].as_f64());
-        // A mixture stands for a cloud by being smaller.
+        // A mixture takes fewer bytes than its cloud.
         assert!(mixture > Some(0.0) && mixture < cloud, "{site}");
     }
 }
 
 #[test]
-fn a_furnished_room_has_things_of_every_class() {
+fn rooms_have_objects_of_every_class() {
     let report = reproduce(&[
         "rooms",
         "--scenes",
@@ -95,13 +95,13 @@ fn a_furnished_room_has_things_of_every_class() {
     }
     let empty = row(&report, "rooms", "feature", "empty");
     assert_eq!((&empty["empty"], &empty["wrong"]), (&2.into(), &0.into()));
-    // What stands there is found: a median of sizes far from the truth would be another room.
+    // The sizes are those of the objects.
     let all = row(&report, "rooms", "feature", "all");
     assert!(all["size_share"].as_f64() < Some(0.1), "{all}");
 }
 
 #[test]
-fn figures_are_drawn_where_they_are_asked_for() {
+fn figures_are_written_on_request() {
     let dir = tempfile::tempdir().expect("temp dir");
     let args = [
         "reproduce",
@@ -136,7 +136,7 @@ fn figures_are_drawn_where_they_are_asked_for() {
 }
 
 #[test]
-fn a_scene_that_is_not_there_is_a_mistake_of_the_caller() {
+fn an_unknown_scene_is_wrong_usage() {
     let dir = tempfile::tempdir().expect("temp dir");
     let ran = patrold(dir.path(), &["reproduce", "table1", "--scene", "cube-3"]);
     assert_eq!(ran.code, 2, "{ran:?}");

@@ -3,7 +3,7 @@
 use crate::harness::schema;
 
 #[test]
-fn every_schema_is_one_and_is_named_after_its_file() {
+fn every_schema_is_valid_and_named_after_its_file() {
     for (name, text) in schema::all() {
         assert!(jsonschema::meta::is_valid(&text), "{name}");
         let id = format!("https://patrold.invalid/schema/{name}.json");
@@ -12,8 +12,8 @@ fn every_schema_is_one_and_is_named_after_its_file() {
 }
 
 #[test]
-fn every_form_of_ours_is_closed() {
-    fn open(at: &str, value: &serde_json::Value, found: &mut Vec<String>) {
+fn every_schema_refuses_unknown_keys() {
+    fn find_open(at: &str, value: &serde_json::Value, found: &mut Vec<String>) {
         if let Some(object) = value.as_object() {
             if object.get("type") == Some(&"object".into())
                 && !object.contains_key("additionalProperties")
@@ -21,15 +21,15 @@ fn every_form_of_ours_is_closed() {
                 found.push(at.to_owned());
             }
             for (key, inner) in object {
-                open(&format!("{at}/{key}"), inner, found);
+                find_open(&format!("{at}/{key}"), inner, found);
             }
         }
     }
     for (name, text) in schema::all() {
-        // People's mixture files may carry keys of their own.
+        // Mixture files of users may have other keys.
         if name != "mixture" {
             let mut found = Vec::new();
-            open(&name, &text, &mut found);
+            find_open(&name, &text, &mut found);
             assert_eq!(found, [""; 0]);
         }
     }

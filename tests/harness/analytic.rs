@@ -1,63 +1,61 @@
-//! Small analytic rooms: rays against boxes and balls, with known noise and changes.
-#![allow(dead_code, reason = "each test program uses its part")]
+//! Small analytic scenes: rays against boxes and balls, with known noise and changes.
+#![allow(dead_code, reason = "each test program uses a part")]
 
 use nalgebra::{Point3, Unit, Vector3};
 use patrold_engine::geometry::{NoiseLaw, Pose, RollPitchYaw, View};
-use patrold_engine::novelty::{Detection, Reference, Settings, detect};
+use patrold_engine::novelty::{Detection, NoveltySettings, Reference, detect};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// A solid in the room.
 #[derive(Clone, Copy)]
-pub enum Solid {
+pub enum AnalyticSolid {
     /// Centre, radius.
     Ball([f64; 3], f64),
     /// Lowest and highest corner.
     Block([f64; 3], [f64; 3]),
 }
 
-/// How a sensor looks around.
+/// Directions in which a sensor measures.
 #[derive(Clone, Copy, Debug)]
-pub enum Pattern {
+pub enum ScanPattern {
     /// URG-04LX on a tilt unit: 683 beams over 240 deg, lines this many degrees apart.
     Tilted(f64),
     /// 16 rings 2 deg apart, 0.4 deg along.
     Rings,
-    /// A narrow camera-like grid of 57 x 43 deg.
+    /// A grid of 57 x 43 deg, as of a depth camera.
     Camera,
-    /// 400 directions all around, none of them twice.
+    /// 400 directions all around.
     Sparse,
 }
 
-/// A closed room and what stands in it.
-pub struct Scene {
-    /// Lowest and highest corner of its inside.
+/// A closed room with solids in it.
+pub struct AnalyticScene {
+    /// Lowest and highest corner of the inside.
     pub room: ([f64; 3], [f64; 3]),
-    /// What stands in it.
-    pub solids: Vec<Solid>,
+    pub solids: Vec<AnalyticSolid>,
 }
 
 /// 6 m x 4.4 m x 2.6 m, sensor at the origin half a metre above the floor, some furniture.
-pub fn room() -> Scene {
-    Scene {
+pub fn furnished_room() -> AnalyticScene {
+    AnalyticScene {
         room: ([-2.5, -2.0, -0.5], [3.5, 2.4, 2.1]),
         solids: vec![
-            Solid::Block([1.5, 1.6, -0.5], [2.7, 2.4, 1.4]),
-            Solid::Block([2.6, -2.0, -0.5], [3.5, -1.1, 0.3]),
-            Solid::Ball([-1.5, -1.3, -0.1], 0.4),
+            AnalyticSolid::Block([1.5, 1.6, -0.5], [2.7, 2.4, 1.4]),
+            AnalyticSolid::Block([2.6, -2.0, -0.5], [3.5, -1.1, 0.3]),
+            AnalyticSolid::Ball([-1.5, -1.3, -0.1], 0.4),
         ],
     }
 }
 
-impl Scene {
-    /// The same with one thing more.
-    pub fn with(mut self, solid: Solid) -> Self {
+impl AnalyticScene {
+    /// Adds a solid.
+    pub fn with(mut self, solid: AnalyticSolid) -> Self {
         self.solids.push(solid);
         self
     }
 
-    /// How far away the first surface lies from `o` along the unit `d`.
+    /// Distance to the first surface from `o` along the unit vector `d`.
     pub fn range(&self, o: &Point3<f64>, d: &Vector3<f64>) -> f64 {
         let slab = |low: &[f64; 3], high: &[f64; 3]| {
             let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -74,13 +72,13 @@ impl Scene {
         let mut range = slab(&self.room.0, &self.room.1).1;
         for solid in &self.solids {
             match solid {
-                Solid::Block(low, high) => {
+                AnalyticSolid::Block(low, high) => {
                     let (near, far) = slab(low, high);
                     if near < far && near > 0.0 {
                         range = range.min(near);
                     }
                 }
-                Solid::Ball(centre, radius) => {
+                AnalyticSolid::Ball(centre, radius) => {
                     let to = Point3::from(*centre) - o;
                     let along = to.dot(d);
                     let off2 = to.norm_squared() - along * along;
@@ -93,17 +91,17 @@ impl Scene {
         range
     }
 
-    /// What a sensor standing at `pose` sees, in its own frame; `reach_m` is where ranges end.
-    pub fn look(
+    /// View of a sensor at `pose`, in its own frame; `reach_m` is its longest range.
+    pub fn scan(
         &self,
-        pattern: Pattern,
+        pattern: ScanPattern,
         pose: &Pose,
         noise: NoiseLaw,
         reach_m: f64,
         seed: u64,
     ) -> View {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut view = View::bare(Vec::new(), Point3::origin());
+        let mut view = View::from_points(Vec::new(), Point3::origin());
         for d in directions(pattern, &mut rng) {
             let r = self.range(&(pose * Point3::origin()), &(pose * d));
             let gauss: f64 = StandardNormal.sample(&mut rng);
@@ -124,17 +122,17 @@ impl Scene {
     }
 }
 
-/// Where a sensor of this pattern looks, unit vectors in its own frame.
-pub fn directions(pattern: Pattern, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
+/// Unit vectors in the sensor's frame.
+pub fn directions(pattern: ScanPattern, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
     let mut all = Vec::new();
-    // No two sweeps start at quite the same angle.
+    // Each sweep starts at a slightly different angle.
     let (a, b): (f64, f64) = (rng.random_range(0.0..1.0), rng.random_range(0.0..1.0));
     let from = |az: f64, el: f64| {
         let (az, el) = (az.to_radians(), el.to_radians());
         Vector3::new(el.cos() * az.cos(), el.cos() * az.sin(), el.sin())
     };
     match pattern {
-        Pattern::Tilted(pitch) => {
+        ScanPattern::Tilted(pitch) => {
             let lines = (70.0 / pitch) as i32;
             for line in 0..lines {
                 let tilt = (-35.0 + (f64::from(line) + a) * pitch).to_radians();
@@ -144,7 +142,7 @@ pub fn directions(pattern: Pattern, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
                 }
             }
         }
-        Pattern::Rings => {
+        ScanPattern::Rings => {
             for ring in -8..8 {
                 for step in 0..900 {
                     all.push(from(
@@ -154,7 +152,7 @@ pub fn directions(pattern: Pattern, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
                 }
             }
         }
-        Pattern::Camera => {
+        ScanPattern::Camera => {
             for u in 0..160 {
                 for v in 0..120 {
                     all.push(
@@ -168,7 +166,7 @@ pub fn directions(pattern: Pattern, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
                 }
             }
         }
-        Pattern::Sparse => {
+        ScanPattern::Sparse => {
             for i in 0..400 {
                 let z = 1.0 - 2.0 * (f64::from(i) + a) / 400.0;
                 let az = f64::from(i) * 2.399_963 + b;
@@ -180,24 +178,22 @@ pub fn directions(pattern: Pattern, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
     all
 }
 
-/// Noise of the recorded URG-04LX.
-pub const URG: NoiseLaw = NoiseLaw {
+/// Noise of the recorded URG-04LX data.
+pub const URG_NOISE: NoiseLaw = NoiseLaw {
     at_zero_m: 0.005,
     per_m: 0.003,
 };
-/// Noise of a coarse sensor: 3 cm everywhere.
-pub const COARSE: NoiseLaw = NoiseLaw {
+pub const COARSE_NOISE: NoiseLaw = NoiseLaw {
     at_zero_m: 0.03,
     per_m: 0.0,
 };
 
-/// No pose error.
-pub fn here() -> Pose {
+pub fn at_origin() -> Pose {
     Pose::identity()
 }
 
-/// A pose error in the plane.
-pub fn off(x: f64, y: f64, yaw_deg: f64) -> Pose {
+/// Metres and degrees.
+pub fn planar_pose(x: f64, y: f64, yaw_deg: f64) -> Pose {
     RollPitchYaw {
         roll_rad: 0.0,
         pitch_rad: 0.0,
@@ -206,41 +202,40 @@ pub fn off(x: f64, y: f64, yaw_deg: f64) -> Pose {
     .with_translation([x, y, 0.0])
 }
 
-/// The default engine's answer, with its figures on stderr.
+/// Compares with the default settings and prints the numbers to stderr.
 pub fn compare(reference: &View, current: &View) -> Detection {
-    compare_with(reference, current, &Settings::default())
+    compare_with(reference, current, &NoveltySettings::default())
 }
 
-/// The same with other settings.
-pub fn compare_with(reference: &View, current: &View, settings: &Settings) -> Detection {
+pub fn compare_with(reference: &View, current: &View, settings: &NoveltySettings) -> Detection {
     let reference = Reference::prepare(reference, settings, 1).expect("a reference");
-    let found = detect(&reference, current, settings, 1, &mut |_| {}).expect("a detection");
+    let detection = detect(&reference, current, settings, 1, &mut |_| {}).expect("a detection");
     eprintln!(
         "    {:?} {} | t {:.3} rot {:.2} share {:.2} {:?} overlap {:.2?} noise {:?}",
-        found.verdict,
-        found.reason,
-        found
+        detection.verdict,
+        detection.reason,
+        detection
             .registration
             .current_from_reference
             .translation
             .vector
             .norm(),
-        found
+        detection
             .registration
             .current_from_reference
             .rotation
             .angle()
             .to_degrees(),
-        found.registration.share,
-        found.registration.unobservable,
-        found.overlap,
-        found.noise[1]
+        detection.registration.agreement,
+        detection.registration.unobservable,
+        detection.overlap,
+        detection.noise[1]
     );
-    for n in &found.novelties {
+    for n in &detection.novelties {
         eprintln!(
             "        {:?} n {} support {:.0} mass {:.5} contribution {:.5} moved {:?} at {:.2?} extent {:.2?}",
             n.kind,
-            n.points.len(),
+            n.point_indices.len(),
             n.support,
             n.mass,
             n.contribution,
@@ -249,7 +244,7 @@ pub fn compare_with(reference: &View, current: &View, settings: &Settings) -> De
             n.extent_m
         );
     }
-    let parts: f64 = found.novelties.iter().map(|n| n.contribution).sum();
-    assert!((parts + found.unexplained - found.d_gmm).abs() < 1e-9);
-    found
+    let parts: f64 = detection.novelties.iter().map(|n| n.contribution).sum();
+    assert!((parts + detection.unexplained - detection.d_gmm).abs() < 1e-9);
+    detection
 }

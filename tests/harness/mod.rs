@@ -1,5 +1,5 @@
-//! What the tests of the built program share: running it, checking its JSON, making clouds.
-#![allow(dead_code, reason = "each test program uses its part")]
+//! Shared by the tests of the built program: running it, validating its JSON, simulated clouds.
+#![allow(dead_code, reason = "each test program uses a part")]
 
 pub mod clouds;
 pub mod program;

@@ -1,4 +1,4 @@
-//! The schemas of `docs/schema`, and JSON held against them.
+//! Validates JSON against the schemas of `docs/schema`.
 
 use jsonschema::{Registry, Resource};
 use serde_json::Value;
@@ -9,7 +9,7 @@ fn folder() -> PathBuf {
     patrold_test_support::workspace_root().join("docs/schema")
 }
 
-/// Every schema by its name.
+/// Name and schema.
 pub fn all() -> Vec<(String, Value)> {
     let entries = fs::read_dir(folder()).expect("docs/schema is there");
     let mut all: Vec<(String, Value)> = entries
@@ -30,7 +30,7 @@ pub fn all() -> Vec<(String, Value)> {
     all
 }
 
-/// Panics unless `value` is of the form called `name`.
+/// Panics unless `value` is valid under the schema `name`.
 pub fn check(name: &str, value: &Value) {
     let schemas = all();
     let (_, schema) = schemas
@@ -44,18 +44,18 @@ pub fn check(name: &str, value: &Value) {
             .add(uri(other), Resource::from_contents(text.clone()))
             .expect("a schema");
     }
-    let registry = registry.prepare().expect("schemas agree");
+    let registry = registry.prepare().expect("the schemas resolve");
     let validator = jsonschema::options()
         .with_registry(&registry)
         .build(schema)
         .unwrap_or_else(|error| panic!("{name}: {error}"));
-    let wrong: Vec<String> = validator
+    let errors: Vec<String> = validator
         .iter_errors(value)
         .map(|error| format!("{}: {error}", error.instance_path()))
         .collect();
     assert!(
-        wrong.is_empty(),
-        "not of the form {name}:\n{}\n{value}",
-        wrong.join("\n")
+        errors.is_empty(),
+        "not valid under the schema {name}:\n{}\n{value}",
+        errors.join("\n")
     );
 }

@@ -1,176 +1,193 @@
-//! The tree as the rules see it: every Rust file, with its comments and texts set aside.
+//! The tree as the rules see it: every Rust file with what it declares, defines and names.
 
 use std::fs;
-use std::path::PathBuf;
+use std::sync::LazyLock;
 
-/// One Rust file.
+use patrold_test_support::workspace_root;
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+
+const KINDS: [&str; 8] = [
+    "mod", "struct", "enum", "trait", "type", "fn", "const", "static",
+];
+
+/// Paths of the project's files.
+pub static FILES: LazyLock<Vec<String>> = LazyLock::new(|| files(""));
+/// Its Rust files.
+pub static TREE: LazyLock<Vec<Source>> = LazyLock::new(|| {
+    let rust = FILES.iter().filter(|path| path.ends_with(".rs"));
+    mark_tests(rust.map(|path| Source::new(path, &read(path))).collect())
+});
+
+#[derive(Default)]
 pub struct Source {
-    /// Path from the root, with forward slashes.
     pub path: String,
-    /// Its text.
     pub text: String,
-    /// Its text without comments, and with texts and characters emptied.
-    pub code: String,
+    /// `engine/src/novelty` of `engine/src/novelty/mod.rs`.
+    pub module: String,
+    /// What it defines outside functions.
+    pub items: Vec<Item>,
+    /// Imports, and paths of two or more names.
+    pub names: Vec<Name>,
+    /// It has a function outside its tests.
+    pub works: bool,
+}
+
+pub struct Item {
+    /// One of [`KINDS`].
+    pub kind: String,
+    pub name: String,
+    pub scope: Scope,
+}
+
+pub struct Name {
+    /// As written: `super::detect::run`.
+    pub path: String,
+    /// Where that is in this crate: `engine/src/novelty/detect/run`.
+    pub place: String,
+    /// What an import calls it.
+    pub alias: String,
+    pub scope: Scope,
+}
+
+#[derive(Clone, Copy, Default)]
+pub struct Scope {
+    pub test: bool,
+    pub public: bool,
+    pub import: bool,
+    nested: bool,
+    inline_module: bool,
 }
 
 impl Source {
-    /// A file of this text at this path.
     pub fn new(path: &str, text: &str) -> Self {
-        Self {
-            path: path.to_owned(),
-            text: text.to_owned(),
-            code: code_of(text),
+        let ends = [".rs", "/mod", "/lib", "/main"];
+        let module = ends.iter().fold(path, |m, end| m.trim_end_matches(end));
+        let tokens = text.parse().unwrap_or_else(|e| panic!("{path}: {e}"));
+        let mut source = Self::default();
+        [source.path, source.text, source.module] = [path, text, module].map(str::to_owned);
+        source.read(tokens, "", Scope::default());
+        source
+    }
+
+    /// Folder of its crate's sources; none for `tests/`, `benches/` and `fuzz/`.
+    pub fn root(&self) -> Option<&str> {
+        let end = self.path.find("src/")? + "src".len();
+        (!self.path.starts_with("tests/")).then(|| &self.path[..end])
+    }
+
+    pub fn is_front(&self) -> bool {
+        let tests = self.path.contains("/tests/");
+        !tests && (self.path.ends_with("/mod.rs") || self.path.ends_with("/lib.rs"))
+    }
+
+    /// Notes what `tokens` define and name. Their paths begin with `prefix`, as in `prefix::{a, b}`.
+    fn read(&mut self, tokens: TokenStream, prefix: &str, outer: Scope) {
+        let tokens: Vec<TokenTree> = tokens.into_iter().collect();
+        let word = |at: usize, n| match at.checked_add_signed(n).and_then(|at| tokens.get(at)) {
+            None | Some(TokenTree::Group(_)) => String::new(),
+            Some(token) => token.to_string(),
+        };
+        let (mut here, mut path) = (outer, String::new());
+        for (at, token) in tokens.iter().enumerate() {
+            let [before, now, next, then] = [-1, 0, 1, 2].map(|n| word(at, n));
+            let joined = before == ":" && word(at, -2) == ":";
+            match (token, now.as_str()) {
+                (TokenTree::Group(group), _) if joined => {
+                    self.read(group.stream(), &format!("{path}::"), here);
+                }
+                (TokenTree::Group(group), _) => {
+                    let is_test = || group.to_string().replace(' ', "") == "[cfg(test)]";
+                    here.test |= before == "#" && is_test();
+                    let mut inside = here;
+                    inside.public = false;
+                    inside.nested = true;
+                    inside.import = before == "use";
+                    inside.inline_module |= word(at, -2) == "mod";
+                    self.read(group.stream(), "", inside);
+                    if group.delimiter() == Delimiter::Brace {
+                        here = outer;
+                    }
+                }
+                (_, ";") => here = outer,
+                (_, "use") => here.import = true,
+                (_, "pub") => here.public = true,
+                (_, "*") if joined => self.name(&path, "", here),
+                (TokenTree::Ident(_), _) if now != "as" && !(here.import && before == "as") => {
+                    let start: String = if joined { path + "::" } else { prefix.into() };
+                    path = start + &now;
+                    if next != ":" || then != ":" || word(at, 3) == "<" {
+                        self.name(&path, if next == "as" { &then } else { "" }, here);
+                    }
+                    self.works |= now == "fn" && !here.test;
+                    let declared = now != "mod" || then == ";";
+                    if KINDS.contains(&now.as_str()) && declared && !here.nested {
+                        let (kind, name, scope) = (now, next, here);
+                        self.items.push(Item { kind, name, scope });
+                    }
+                }
+                _ => {}
+            }
         }
     }
 
-    /// The room below `src/` that it belongs to.
-    pub fn room(&self) -> Option<&str> {
-        let inside = ["src/", "engine/src/", "sim/src/", "lab/src/"]
-            .iter()
-            .find_map(|source| self.path.strip_prefix(source))?;
-        let (room, _) = inside.split_once('/')?;
-        Some(room)
-    }
-
-    /// The crate below `drivers/` whose source it is.
-    pub fn driver(&self) -> Option<&str> {
-        let (driver, rest) = self.path.strip_prefix("drivers/")?.split_once('/')?;
-        rest.starts_with("src/").then_some(driver)
+    fn name(&mut self, path: &str, alias: &str, scope: Scope) {
+        let mut place: Vec<&str> = self.module.split('/').collect();
+        for (n, part) in path.split("::").enumerate() {
+            match part {
+                "self" => {}
+                "super" if n == 0 && scope.inline_module => {} // its file
+                "super" => drop(place.pop()),
+                "crate" => place = self.root().unwrap_or_default().split('/').collect(),
+                _ => place.push(part),
+            }
+        }
+        let last = place.last().copied().unwrap_or_default();
+        let alias = if alias.is_empty() { last } else { alias }.to_owned();
+        let (path, place) = (path.to_owned(), place.join("/"));
+        if path.contains("::") || scope.import {
+            self.names.push(Name {
+                path,
+                place,
+                alias,
+                scope,
+            });
+        }
     }
 }
 
-/// Every Rust file of the project.
-pub fn tree() -> Vec<Source> {
-    let mut files = Vec::new();
-    for folder in [
-        "src", "engine", "sim", "lab", "drivers", "tests", "benches", "fuzz",
-    ] {
-        walk(folder, &mut files);
+/// Marks the files that only tests declare.
+pub fn mark_tests(mut files: Vec<Source>) -> Vec<Source> {
+    let mut tests = Vec::new();
+    for file in &files {
+        let of_tests = |item: &&Item| item.kind == "mod" && item.scope.test;
+        let modules = file.items.iter().filter(of_tests);
+        tests.extend(modules.map(|module| format!("{}/{}/", file.module, module.name)));
+    }
+    for file in &mut files {
+        let module = format!("{}/", file.module);
+        if tests.iter().any(|test| module.starts_with(test)) {
+            file.items.clear();
+            file.names.iter_mut().for_each(|n| n.scope.test = true);
+        }
     }
     files
 }
 
-/// The folders of `src/`.
-pub fn rooms() -> Vec<String> {
-    let entries = fs::read_dir(root().join("src")).expect("src is readable");
-    entries
-        .map(|entry| entry.expect("an entry"))
-        .filter(|entry| entry.path().is_dir())
-        .map(|entry| entry.file_name().to_string_lossy().into_owned())
-        .collect()
+fn files(folder: &str) -> Vec<String> {
+    let entries = fs::read_dir(workspace_root().join(folder)).expect("a folder");
+    let mut found = Vec::new();
+    for entry in entries.flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if !entry.path().is_dir() {
+            found.push(format!("{folder}{name}"));
+        } else if name != "target" && !name.starts_with('.') {
+            found.extend(files(&format!("{folder}{name}/")));
+        }
+    }
+    found
 }
 
 /// The text of a file of the project.
 pub fn read(path: &str) -> String {
-    fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
-}
-
-fn root() -> PathBuf {
-    patrold_test_support::workspace_root()
-}
-
-fn walk(folder: &str, files: &mut Vec<Source>) {
-    let Ok(entries) = fs::read_dir(root().join(folder)) else {
-        return;
-    };
-    for entry in entries {
-        let entry = entry.expect("an entry");
-        let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
-        if entry.path().is_dir() && !path.ends_with("/target") {
-            walk(&path, files);
-        } else if path.ends_with(".rs") {
-            files.push(Source::new(&path, &read(&path)));
-        }
-    }
-}
-
-/// `text` without comments, and with texts and characters emptied.
-fn code_of(text: &str) -> String {
-    let mut code = String::with_capacity(text.len());
-    let mut rest = text;
-    while let Some(first) = rest.chars().next() {
-        let skipped = if rest.starts_with("//") {
-            rest.find('\n').unwrap_or(rest.len())
-        } else if rest.starts_with("/*") {
-            rest.find("*/").map_or(rest.len(), |at| at + 2)
-        } else if first == '"' {
-            text_length(rest)
-        } else if let Some(length) = raw_length(rest, code.chars().next_back()) {
-            length
-        } else {
-            character_length(rest)
-        };
-        if skipped == 0 {
-            code.push(first);
-            rest = &rest[first.len_utf8()..];
-        } else {
-            code.push(' ');
-            rest = &rest[skipped..];
-        }
-    }
-    code
-}
-
-fn text_length(rest: &str) -> usize {
-    let mut escaped = false;
-    for (at, c) in rest.char_indices().skip(1) {
-        match c {
-            _ if escaped => escaped = false,
-            '\\' => escaped = true,
-            '"' => return at + 1,
-            _ => {}
-        }
-    }
-    rest.len()
-}
-
-/// Length of a raw text at the start of `rest`, if there is one.
-fn raw_length(rest: &str, before: Option<char>) -> Option<usize> {
-    if before.is_some_and(|c| c.is_alphanumeric() && c != 'b' || c == '_') {
-        return None;
-    }
-    let hashes = rest.strip_prefix('r')?;
-    let count = hashes.len() - hashes.trim_start_matches('#').len();
-    let open = 2 + count;
-    if !hashes[count..].starts_with('"') {
-        return None;
-    }
-    let close = format!("\"{}", "#".repeat(count));
-    Some(
-        rest[open..]
-            .find(&close)
-            .map_or(rest.len(), |at| open + at + close.len()),
-    )
-}
-
-/// Length of a character literal at the start of `rest`; 0 if there is none (a lifetime, say).
-fn character_length(rest: &str) -> usize {
-    let Some(inner) = rest.strip_prefix('\'') else {
-        return 0;
-    };
-    if inner.starts_with('\\') {
-        return inner[2..].find('\'').map_or(0, |at| at + 4);
-    }
-    let mut chars = inner.chars();
-    match (chars.next(), chars.next()) {
-        (Some(c), Some('\'')) => 2 + c.len_utf8(),
-        _ => 0,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::code_of;
-
-    #[test]
-    fn comments_and_texts_go_and_code_stays() {
-        assert_eq!(code_of("a // b\nc").replace(' ', ""), "a\nc");
-        assert_eq!(code_of("a /* b\n */ c").replace(' ', ""), "ac");
-        assert_eq!(code_of("f(\"x \\\" // y\", z)").replace(' ', ""), "f(,z)");
-        assert_eq!(
-            code_of("f(r#\"x \" y\"#, '\"', '\\'', 'a', z)").replace(' ', ""),
-            "f(,,,,z)"
-        );
-        assert_eq!(code_of("fn f<'a>(x: &'a str)"), "fn f<'a>(x: &'a str)");
-    }
+    fs::read_to_string(workspace_root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
 }

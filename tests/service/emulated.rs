@@ -1,8 +1,8 @@
-//! The whole house: the service on the emulated devices, over pseudo-terminals, five times as fast as life.
+//! The service on the emulated devices, over pseudo-terminals, at five times real speed.
 
-use super::house::{Act, House, Scripted, configure, plan};
+use super::harness::{ScriptedScanner, ScriptedSweep, TestService, configure, parts};
 use link::Clock;
-use patrold::service::{Plan, StationConnect};
+use patrold::service::{ServiceParts, StationConnector};
 use patrold_sim::emulator::{Emulation, EmulationOptions, Emulator, EmulatorPorts};
 use patrold_sim::world::{Scene, World};
 use std::sync::Arc;
@@ -21,11 +21,11 @@ fn world(name: &str) -> Arc<World> {
 #[test]
 fn a_round_with_the_emulated_devices() {
     let clock = Clock::scaled(5.0);
-    let stand = scene("storeroom.toml").map_from_base;
+    let map_from_base = scene("storeroom.toml").map_from_base;
     let emulation = Emulation::new(
         EmulationOptions::seeded(3),
         world("storeroom.toml"),
-        stand,
+        map_from_base,
         clock.now(),
     );
     let emulator = Emulator::start(emulation, &EmulatorPorts::default(), clock.clone())
@@ -37,28 +37,28 @@ fn a_round_with_the_emulated_devices() {
         dir.path(),
         &format!("laser.port = {laser:?}\nptu.port = {head:?}\n"),
     );
-    let nobody = Scripted::new(Act::Freeze);
-    let plan = Plan {
+    let unused = ScriptedScanner::new(ScriptedSweep::Frozen);
+    let parts = ServiceParts {
         clock: clock.clone(),
-        connect: Box::new(StationConnect::new(clock)),
-        ..plan(dir.path(), &nobody)
+        connector: Box::new(StationConnector::new(clock)),
+        ..parts(dir.path(), &unused)
     };
-    let house = House::start_with(dir.path(), &nobody, plan);
+    let service = TestService::start_with(dir.path(), &unused, parts);
 
-    let taught = house.at("/teach", "hall");
+    let taught = service.post("/teach", "hall");
     assert_eq!(taught.status, 200, "{}", taught.json());
     assert!(!emulator.laser_on());
-    // The way back began when the sweep was over, and does not hold up the answer.
-    house.until("the head is back", |h| {
-        h.status()["devices"]["return_ms"].is_number()
+    // The head returns after the sweep; the reply does not wait for it.
+    service.until("the head has returned", |s| {
+        s.status()["devices"]["return_ms"].is_number()
     });
-    let back_ms = house.status()["devices"]["return_ms"].as_f64();
-    assert!(back_ms.is_some_and(|ms| ms > 1000.0), "{back_ms:?}");
+    let return_ms = service.status()["devices"]["return_ms"].as_f64();
+    assert!(return_ms.is_some_and(|ms| ms > 1000.0), "{return_ms:?}");
     assert!(!emulator.head_moving());
-    let identity = house.status()["devices"]["identity"].clone();
+    let identity = service.status()["devices"]["identity"].clone();
     assert_eq!(identity["laser"]["serial"], "H0706400", "{identity}");
 
-    let quiet = house.at("/visit", "hall").json();
+    let quiet = service.post("/visit", "hall").json();
     eprintln!(
         "quiet: {} {}, lag {:?}",
         quiet["verdict"],
@@ -68,7 +68,7 @@ fn a_round_with_the_emulated_devices() {
     assert_ne!(quiet["verdict"], "changed", "{quiet}");
 
     emulator.set_world(world("storeroom-box-left.toml"));
-    let changed = house.at("/visit", "hall").json();
+    let changed = service.post("/visit", "hall").json();
     eprintln!(
         "changed: {} d {} {}",
         changed["verdict"], changed["d_gmm"], changed["sweep"]
@@ -76,22 +76,22 @@ fn a_round_with_the_emulated_devices() {
     assert_ne!(changed["verdict"], "quiet", "{changed}");
 
     emulator.inject("laser.silence:for=60".parse().expect("a fault"));
-    let silent = house.at("/visit", "hall").json();
+    let silent = service.post("/visit", "hall").json();
     eprintln!("silent: {}", silent["reason"]);
     assert_eq!(silent["verdict"], "not_observed", "{silent}");
 
-    // A stop while the devices are at work again.
-    house.until("they are tried again", |h| {
-        h.status()["devices"]["state"] == "ready"
+    // A stop during a sweep.
+    service.until("the devices are ready again", |s| {
+        s.status()["devices"]["state"] == "ready"
     });
-    let socket = house.socket();
-    let asker = std::thread::spawn(move || super::ask(&socket, "{\"waypoint\": \"hall\"}"));
+    let socket = service.socket();
+    let client = std::thread::spawn(move || super::post_visit(&socket, "{\"waypoint\": \"hall\"}"));
     while !emulator.laser_on() {
         std::thread::sleep(Duration::from_millis(5));
     }
-    let took = house.stop();
+    let took = service.stop();
     assert!(took < Duration::from_secs(3), "{took:?}");
     assert!(!emulator.laser_on() && !emulator.head_moving());
-    let told = asker.join().expect("no panic");
-    assert!(told.contains("not_observed"), "{told}");
+    let reply = client.join().expect("no panic");
+    assert!(reply.contains("not_observed"), "{reply}");
 }

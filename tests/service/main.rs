@@ -1,59 +1,64 @@
-//! The service as its clients see it: over its socket, with a scripted robot in simulated rooms.
+//! The service as its clients see it: over its socket, with a scripted scanner in simulated scenes.
 
 mod emulated;
-mod house;
+mod harness;
 mod process;
 
-use house::{Act, House, Scripted, configure, plan, points};
+use harness::{ScriptedScanner, ScriptedSweep, TestService, configure, parts, points};
 use patrold::service::replies::VisitReply;
-use patrold::service::{Control, ServiceError, serve};
+use patrold::service::{ServiceCommand, ServiceError, serve};
 use patrold::store::{AlarmFilter, Store};
 use std::time::Duration;
 use tokio::sync::mpsc;
 
-const BEFORE: Act = Act::See("storeroom.toml");
-const AFTER: Act = Act::See("storeroom-box-left.toml");
+const BEFORE: ScriptedSweep = ScriptedSweep::Scene("storeroom.toml");
+const AFTER: ScriptedSweep = ScriptedSweep::Scene("storeroom-box-left.toml");
 
-fn events(house: &House) -> Vec<String> {
-    let store = Store::open_for_reading(&house.dir.join("store")).expect("readable meanwhile");
+fn events(service: &TestService) -> Vec<String> {
+    let store = Store::open_for_reading(&service.dir.join("store"))
+        .expect("readable while the service runs");
     let events = store.events(100).expect("events");
     events.into_iter().map(|e| e.text).collect()
 }
 
 #[test]
-fn a_round_from_teaching_to_an_alarm_and_back() {
+fn a_round_from_teaching_to_an_alarm_and_its_clearing() {
     let dir = tempfile::tempdir().expect("temp dir");
     configure(dir.path(), "");
-    let house = House::start(dir.path(), &Scripted::new(BEFORE));
+    let service = TestService::start(dir.path(), &ScriptedScanner::new(BEFORE));
 
-    let none = house.at("/visit", "hall");
+    let unknown = service.post("/visit", "hall");
     assert_eq!(
-        (none.status, none.error().contains("patrold teach hall")),
+        (
+            unknown.status,
+            unknown.error().contains("patrold teach hall")
+        ),
         (404, true)
     );
-    assert_eq!(house.robot.script().sweeps, 0, "nothing was swept for it");
+    assert_eq!(service.scanner.script().sweeps, 0, "no sweep for it");
 
-    let taught = house.at("/teach", "hall");
+    let taught = service.post("/teach", "hall");
     assert_eq!(taught.status, 200, "{}", taught.json());
     assert_eq!(taught.json()["version"], 1);
     assert!(taught.json()["components"].as_u64() > Some(20));
 
-    let quiet = house.visit(BEFORE);
+    let quiet = service.visit(BEFORE);
     assert_eq!(quiet["verdict"], "quiet", "{quiet}");
     assert!(quiet["alarm"].is_null());
 
-    let changed = house.visit(AFTER);
+    let changed = service.visit(AFTER);
     assert_eq!(changed["verdict"], "changed", "{changed}");
     assert_eq!(changed["alarm"]["raised"], true);
     assert_eq!(changed["frame"], "hall/1");
     assert!(changed["d_gmm"].as_f64() >= changed["u_th"].as_f64());
     assert_eq!(changed["novelties"][0]["kind"], "appeared");
-    let store = Store::open_for_reading(&house.dir.join("store")).expect("readable meanwhile");
+    let store = Store::open_for_reading(&service.dir.join("store"))
+        .expect("readable while the service runs");
     let alarms = store.alarms(&AlarmFilter::default()).expect("alarms");
-    assert_eq!(alarms.len(), 1, "on disk before it was told");
+    assert_eq!(alarms.len(), 1, "on disk before the reply");
     assert_eq!(Some(alarms[0].id), changed["alarm"]["id"].as_i64());
 
-    let again = house.visit(AFTER);
+    let again = service.visit(AFTER);
     assert_eq!(again["alarm"]["raised"], false, "{again}");
     assert_eq!(again["alarm"]["id"], changed["alarm"]["id"]);
 
@@ -61,8 +66,8 @@ fn a_round_from_teaching_to_an_alarm_and_back() {
         .output()
         .expect("runs");
     assert_eq!(json.status.code(), Some(10), "{json:?}");
-    let told: VisitReply = serde_json::from_slice(&json.stdout).expect("the service's own JSON");
-    assert_eq!(told.verdict, "changed");
+    let reply: VisitReply = serde_json::from_slice(&json.stdout).expect("the JSON of a visit");
+    assert_eq!(reply.verdict, "changed");
     let text = process::patrold(dir.path(), &["visit", "hall"])
         .output()
         .expect("runs");
@@ -70,13 +75,13 @@ fn a_round_from_teaching_to_an_alarm_and_back() {
     assert!(text.starts_with("hall: changed ("), "{text}");
     assert!(text.contains("belongs to alarm 1"), "{text}");
 
-    let gone = house.visit(BEFORE);
+    let gone = service.visit(BEFORE);
     assert_eq!(
         (&gone["verdict"], &gone["cleared"][0]),
         (&"quiet".into(), &changed["alarm"]["id"])
     );
 
-    let swept = house.ask("POST", "/sweep", "");
+    let swept = service.request("POST", "/sweep", "");
     assert_eq!(swept.status, 200);
     assert!(points(&swept.body).len() > 20_000);
     assert!(
@@ -92,35 +97,39 @@ fn a_round_from_teaching_to_an_alarm_and_back() {
     assert_eq!(out.status.code(), Some(0), "{out:?}");
     assert!(points(&std::fs::read(&cloud).expect("written")).len() > 20_000);
 
-    let status = house.status();
+    let status = service.status();
     assert_eq!(
         (&status["phase"], &status["devices"]["state"]),
         (&"idle".into(), &"ready".into())
     );
     assert_eq!(status["devices"]["identity"]["laser"]["serial"], "H0000000");
-    assert!(events(&house).iter().any(|e| e == "scripted laser answers"));
+    assert!(
+        events(&service)
+            .iter()
+            .any(|e| e == "scripted laser answers")
+    );
 
-    let robot = house.robot.clone();
-    house.stop();
-    assert_eq!(robot.script().parked, 1);
+    let scanner = service.scanner.clone();
+    service.stop();
+    assert_eq!(scanner.script().released, 1);
 }
 
 #[test]
-fn a_bad_sweep_is_not_observed_and_never_a_reference() {
+fn a_bad_sweep_is_not_observed_and_never_becomes_a_reference() {
     let dir = tempfile::tempdir().expect("temp dir");
     configure(dir.path(), "");
-    let house = House::start(dir.path(), &Scripted::new(BEFORE));
-    assert_eq!(house.at("/teach", "hall").status, 200);
+    let service = TestService::start(dir.path(), &ScriptedScanner::new(BEFORE));
+    assert_eq!(service.post("/teach", "hall").status, 200);
 
-    let blocked = house.visit(Act::Fail("pan-tilt stalled", true));
+    let blocked = service.visit(ScriptedSweep::Fail("pan-tilt stalled", true));
     assert_eq!(blocked["verdict"], "not_observed");
     assert_eq!(blocked["reason"], "pan-tilt stalled");
     assert!(blocked["d_gmm"].is_null() && blocked["alarm"].is_null());
-    house.until("the devices are opened anew", |h| {
-        h.robot.script().connections == 2
+    service.until("the devices are opened again", |s| {
+        s.scanner.script().connections == 2
     });
 
-    let frozen = house.visit(Act::Freeze);
+    let frozen = service.visit(ScriptedSweep::Frozen);
     assert_eq!(frozen["verdict"], "not_observed");
     assert!(
         frozen["reason"]
@@ -130,137 +139,138 @@ fn a_bad_sweep_is_not_observed_and_never_a_reference() {
     );
     assert_eq!(frozen["sweep"]["frozen"], true);
 
-    let refused = house.at("/teach", "hall");
+    let refused = service.post("/teach", "hall");
     assert_eq!(
         (refused.status, refused.error().contains("frozen")),
         (422, true)
     );
-    house.robot.script().act = Act::Fail("no laser", false);
-    assert_eq!(house.at("/teach", "hall").status, 503);
+    service.scanner.script().sweep = ScriptedSweep::Fail("no laser", false);
+    assert_eq!(service.post("/teach", "hall").status, 503);
 
-    let store = Store::open_for_reading(&house.dir.join("store")).expect("readable meanwhile");
+    let store = Store::open_for_reading(&service.dir.join("store"))
+        .expect("readable while the service runs");
     let hall = store.waypoint("hall").expect("known");
     assert_eq!(hall.references.len(), 1, "the old reference stays");
     assert_eq!(hall.row.last_verdict.as_deref(), Some("not_observed"));
-    house.stop();
+    service.stop();
 }
 
 #[test]
-fn without_devices_it_runs_and_says_so() {
+fn without_devices_visits_are_not_observed() {
     let dir = tempfile::tempdir().expect("temp dir");
     configure(dir.path(), "");
-    let robot = Scripted::new(BEFORE);
-    let house = House::start(dir.path(), &robot);
-    assert_eq!(house.at("/teach", "hall").status, 200);
-    house.stop();
+    let scanner = ScriptedScanner::new(BEFORE);
+    let service = TestService::start(dir.path(), &scanner);
+    assert_eq!(service.post("/teach", "hall").status, 200);
+    service.stop();
 
-    robot.script().absent = Some("laser (laser.port): nothing there");
-    let house = House::start(dir.path(), &robot);
-    house.until("they are lost", |h| {
-        h.status()["devices"]["state"] == "lost"
+    scanner.script().absent = Some("laser (laser.port): nothing there");
+    let service = TestService::start(dir.path(), &scanner);
+    service.until("they are lost", |s| {
+        s.status()["devices"]["state"] == "lost"
     });
-    let visit = house.visit(BEFORE);
+    let visit = service.visit(BEFORE);
     assert_eq!(visit["verdict"], "not_observed");
     assert_eq!(
         visit["reason"],
         "no devices: laser (laser.port): nothing there"
     );
-    assert_eq!(house.ask("POST", "/sweep", "").status, 503);
-    robot.script().absent = None;
-    house.until("they are tried again", |h| {
-        h.status()["devices"]["state"] == "ready"
+    assert_eq!(service.request("POST", "/sweep", "").status, 503);
+    scanner.script().absent = None;
+    service.until("they are tried again", |s| {
+        s.status()["devices"]["state"] == "ready"
     });
-    assert_eq!(house.visit(BEFORE)["verdict"], "quiet");
-    house.stop();
+    assert_eq!(service.visit(BEFORE)["verdict"], "quiet");
+    service.stop();
 }
 
 #[test]
-fn a_reload_counts_if_valid_and_is_told_either_way() {
+fn a_reload_applies_if_valid_and_is_logged_either_way() {
     let dir = tempfile::tempdir().expect("temp dir");
     configure(dir.path(), "");
-    let house = House::start(dir.path(), &Scripted::new(BEFORE));
-    assert_eq!(house.at("/teach", "hall").status, 200);
+    let service = TestService::start(dir.path(), &ScriptedScanner::new(BEFORE));
+    assert_eq!(service.post("/teach", "hall").status, 200);
 
     configure(dir.path(), "novelty.u_th_m = 5.0\n");
-    house.control(Control::Reload);
-    house.until("it is in force", |h| {
-        events(h).iter().any(|e| e.contains("put in force"))
+    service.command(ServiceCommand::Reload);
+    service.until("it is in force", |s| {
+        events(s).iter().any(|e| e == "configuration reloaded")
     });
-    let deaf = house.visit(AFTER);
+    let visit = service.visit(AFTER);
     assert_eq!(
-        (&deaf["verdict"], &deaf["u_th"]),
+        (&visit["verdict"], &visit["u_th"]),
         (&"quiet".into(), &5.0.into())
     );
     assert!(
-        deaf["novelties"].as_array().is_some_and(|n| !n.is_empty()),
+        visit["novelties"].as_array().is_some_and(|n| !n.is_empty()),
         "still listed"
     );
 
     configure(dir.path(), "novelty.uth_m = 5.0\nlaser.baud = \"fast\"\n");
-    house.control(Control::Reload);
-    house.until("it is refused", |h| {
-        events(h).iter().any(|e| {
+    service.command(ServiceCommand::Reload);
+    service.until("it is refused", |s| {
+        events(s).iter().any(|e| {
             let both = e.contains("novelty.u_th_m?") && e.contains("laser.baud");
             e.contains("the old one stays") && both
         })
     });
-    assert_eq!(house.visit(AFTER)["u_th"], 5.0);
-    house.stop();
+    assert_eq!(service.visit(AFTER)["u_th"], 5.0);
+    service.stop();
 }
 
 #[test]
 fn a_second_service_on_the_same_store_is_refused() {
     let dir = tempfile::tempdir().expect("temp dir");
     configure(dir.path(), "");
-    let robot = Scripted::new(BEFORE);
-    let house = House::start(dir.path(), &robot);
+    let scanner = ScriptedScanner::new(BEFORE);
+    let service = TestService::start(dir.path(), &scanner);
     let (_controls, receiver) = mpsc::channel(1);
     let runtime = tokio::runtime::Runtime::new().expect("runtime");
-    let second = runtime.block_on(serve(plan(dir.path(), &robot), receiver));
+    let second = runtime.block_on(serve(parts(dir.path(), &scanner), receiver));
     let error = second.expect_err("refused");
-    assert!(matches!(error, ServiceError::Taken { .. }), "{error}");
-    house.stop();
+    assert!(matches!(error, ServiceError::StoreInUse { .. }), "{error}");
+    service.stop();
     assert!(!dir.path().join("patrold.sock").exists());
 }
 
 #[test]
-fn a_stop_in_the_middle_of_a_sweep_is_quick_and_leaves_a_trace() {
+fn a_stop_during_a_sweep_is_quick_and_recorded() {
     let dir = tempfile::tempdir().expect("temp dir");
     configure(dir.path(), "");
-    let house = House::start(dir.path(), &Scripted::new(BEFORE));
-    assert_eq!(house.at("/teach", "hall").status, 200);
-    house.robot.script().act = Act::Dawdle;
-    let (robot, socket) = (house.robot.clone(), house.socket());
-    let asker = std::thread::spawn({
+    let service = TestService::start(dir.path(), &ScriptedScanner::new(BEFORE));
+    assert_eq!(service.post("/teach", "hall").status, 200);
+    service.scanner.script().sweep = ScriptedSweep::Endless;
+    let (scanner, socket) = (service.scanner.clone(), service.socket());
+    let client = std::thread::spawn({
         let socket = socket.clone();
         move || {
             let body = "{\"waypoint\": \"hall\"}";
-            ask(&socket, body)
+            post_visit(&socket, body)
         }
     });
-    house.until("it sweeps", |h| h.status()["phase"] == "sweeping");
-    let took = house.stop();
+    service.until("it is sweeping", |s| s.status()["phase"] == "sweeping");
+    let took = service.stop();
     assert!(took < Duration::from_secs(3), "{took:?}");
-    assert_eq!(robot.script().parked, 1);
-    let told = asker.join().expect("no panic");
-    assert!(told.contains("not_observed"), "{told}");
+    assert_eq!(scanner.script().released, 1);
+    let reply = client.join().expect("no panic");
+    assert!(reply.contains("not_observed"), "{reply}");
     let store = Store::open_for_reading(&dir.path().join("store")).expect("store");
     let hall = store.waypoint("hall").expect("known").row;
     assert_eq!(hall.last_verdict.as_deref(), Some("not_observed"));
 }
 
-fn ask(socket: &std::path::Path, body: &str) -> String {
+fn post_visit(socket: &std::path::Path, body: &str) -> String {
     use std::io::{Read as _, Write as _};
-    let mut stream = std::os::unix::net::UnixStream::connect(socket).expect("it listens");
+    let mut stream = std::os::unix::net::UnixStream::connect(socket).expect("the socket listens");
     write!(
         stream,
         "POST /visit HTTP/1.1\r\nhost: x\r\nconnection: close\r\ncontent-type: application/json\r\n\
          content-length: {}\r\n\r\n{body}",
         body.len()
     )
-    .expect("asked");
+    .expect("sent");
     let mut text = String::new();
-    stream.read_to_string(&mut text).expect("answered");
+    stream.read_to_string(&mut text).expect("a reply");
     text
 }
 
@@ -268,7 +278,7 @@ fn ask(socket: &std::path::Path, body: &str) -> String {
 fn wrong_requests_get_one_line_each() {
     let dir = tempfile::tempdir().expect("temp dir");
     configure(dir.path(), "");
-    let house = House::start(dir.path(), &Scripted::new(BEFORE));
+    let service = TestService::start(dir.path(), &ScriptedScanner::new(BEFORE));
     for (method, path, body, status) in [
         ("POST", "/visit", "{\"waypoint\": \"two words\"}", 400),
         ("POST", "/visit", "{\"waypoint\": \"", 400),
@@ -276,22 +286,22 @@ fn wrong_requests_get_one_line_each() {
         ("GET", "/visit", "", 405),
         ("POST", "/nowhere", "", 404),
     ] {
-        let answer = house.ask(method, path, body);
+        let answer = service.request(method, path, body);
         assert_eq!(answer.status, status, "{method} {path} {body}");
         assert!(!answer.error().is_empty());
     }
-    house.stop();
+    service.stop();
 }
 
 #[test]
-fn a_teach_whose_asker_went_away_leaves_no_reference() {
+fn a_teach_whose_client_disconnected_leaves_no_reference() {
     use std::io::Write as _;
     let dir = tempfile::tempdir().expect("temp dir");
     configure(dir.path(), "");
-    let house = House::start(dir.path(), &Scripted::new(Act::Dawdle));
+    let service = TestService::start(dir.path(), &ScriptedScanner::new(ScriptedSweep::Endless));
     let teach = |waypoint: &str| {
         let mut stream =
-            std::os::unix::net::UnixStream::connect(house.socket()).expect("it listens");
+            std::os::unix::net::UnixStream::connect(service.socket()).expect("the socket listens");
         let body = format!("{{\"waypoint\": {waypoint:?}}}");
         write!(
             stream,
@@ -299,52 +309,53 @@ fn a_teach_whose_asker_went_away_leaves_no_reference() {
              content-length: {}\r\n\r\n{body}",
             body.len()
         )
-        .expect("asked");
+        .expect("sent");
         stream
     };
     let first = teach("a");
-    house.until("it sweeps", |h| h.status()["phase"] == "sweeping");
+    service.until("it is sweeping", |s| s.status()["phase"] == "sweeping");
     let second = teach("b");
-    house.until("the second waits", |h| h.status()["waiting"] == 1);
+    service.until("the second waits", |s| s.status()["waiting"] == 1);
     drop(second);
-    house.until("the second is dropped", |h| h.status()["waiting"] == 0);
+    service.until("the second is dropped", |s| s.status()["waiting"] == 0);
     drop(first);
-    house.until("the first is called off", |h| h.status()["phase"] == "idle");
-    assert_eq!(house.robot.script().sweeps, 1, "nothing was swept for b");
-    house.robot.script().act = BEFORE;
-    assert_eq!(house.at("/teach", "c").status, 200);
-    let noted = events(&house);
-    for text in ["teach a dropped: whoever", "teach b dropped: whoever"] {
-        assert!(noted.iter().any(|e| e.starts_with(text)), "{noted:?}");
+    service.until("the first is cancelled", |s| s.status()["phase"] == "idle");
+    assert_eq!(service.scanner.script().sweeps, 1, "no sweep for b");
+    service.scanner.script().sweep = BEFORE;
+    assert_eq!(service.post("/teach", "c").status, 200);
+    let logged = events(&service);
+    for text in ["teach a dropped: the client", "teach b dropped: the client"] {
+        assert!(logged.iter().any(|e| e.starts_with(text)), "{logged:?}");
     }
-    let store = Store::open_for_reading(&house.dir.join("store")).expect("readable meanwhile");
+    let store = Store::open_for_reading(&service.dir.join("store"))
+        .expect("readable while the service runs");
     let names = store.waypoints().expect("waypoints");
     assert_eq!(names.len(), 1, "only c");
-    house.stop();
+    service.stop();
 }
 
 #[test]
-fn idle_devices_that_go_away_are_told_and_opened_anew() {
+fn unplugged_idle_devices_are_logged_and_opened_again() {
     let dir = tempfile::tempdir().expect("temp dir");
     configure(dir.path(), "");
-    let house = House::start(dir.path(), &Scripted::new(BEFORE));
-    let state = |h: &House| h.status()["devices"]["state"].clone();
-    house.until("they are ready", |h| state(h) == "ready");
+    let service = TestService::start(dir.path(), &ScriptedScanner::new(BEFORE));
+    let state = |s: &TestService| s.status()["devices"]["state"].clone();
+    service.until("they are ready", |s| state(s) == "ready");
     {
-        let mut script = house.robot.script();
-        (script.unplugged, script.absent) = (Some("laser unplugged"), Some("laser away"));
+        let mut script = service.scanner.script();
+        (script.unplugged, script.absent) = (Some("laser unplugged"), Some("laser absent"));
     }
-    house.until("they are lost", |h| state(h) == "lost");
+    service.until("they are lost", |s| state(s) == "lost");
     // The status does not wait for the disk.
-    house.until("the log has it", |h| {
-        events(h).iter().any(|e| e == "laser unplugged")
+    service.until("it is in the event log", |s| {
+        events(s).iter().any(|e| e == "laser unplugged")
     });
     {
-        let mut script = house.robot.script();
+        let mut script = service.scanner.script();
         (script.unplugged, script.absent) = (None, None);
     }
-    // At once, whenever the next attempt is due.
-    assert_eq!(house.ask("POST", "/sweep", "").status, 200);
-    assert_eq!(state(&house), "ready");
-    house.stop();
+    // A request does not wait for the next attempt.
+    assert_eq!(service.request("POST", "/sweep", "").status, 200);
+    assert_eq!(state(&service), "ready");
+    service.stop();
 }

@@ -1,11 +1,11 @@
-//! The service as systemd and a shell see it: the program itself, without any device.
+//! The built program as systemd and a shell see it, without devices.
 
 use std::os::unix::net::UnixDatagram;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// A command of the program with the configuration in `dir`.
+/// The program with the configuration in `dir`, not yet started.
 pub fn patrold(dir: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_patrold"));
     command
@@ -28,23 +28,23 @@ fn configure(dir: &Path, more: &str) {
     std::fs::write(dir.join("patrold.toml"), text).expect("configuration written");
 }
 
-/// What systemd hears.
-struct Systemd(UnixDatagram);
+/// The socket that systemd gives a service for its notifications.
+struct NotifySocket(UnixDatagram);
 
-impl Systemd {
+impl NotifySocket {
     fn listen(dir: &Path) -> Self {
         let socket = UnixDatagram::bind(dir.join("notify")).expect("bound");
-        let patience = Some(Duration::from_secs(20));
-        socket.set_read_timeout(patience).expect("set");
+        let timeout = Some(Duration::from_secs(20));
+        socket.set_read_timeout(timeout).expect("set");
         Self(socket)
     }
 
-    /// The next message that holds `wanted`.
-    fn hears(&self, wanted: &str) -> String {
+    /// The next message that contains `wanted`.
+    fn wait_for(&self, wanted: &str) -> String {
         let mut buffer = [0; 4096];
         loop {
-            let got = self.0.recv(&mut buffer);
-            let count = got.unwrap_or_else(|e| panic!("waiting for {wanted}: {e}"));
+            let received = self.0.recv(&mut buffer);
+            let count = received.unwrap_or_else(|e| panic!("waiting for {wanted}: {e}"));
             let text = String::from_utf8_lossy(&buffer[..count]).into_owned();
             if text.contains(wanted) {
                 return text;
@@ -65,11 +65,11 @@ fn stderr(output: &Output) -> String {
 }
 
 #[test]
-fn systemd_hears_every_turn_and_a_shell_gets_its_exit_codes() {
+fn systemd_is_notified_and_the_shell_gets_exit_codes() {
     let dir = tempfile::tempdir().expect("temp dir");
     let dir = dir.path();
     configure(dir, "");
-    let systemd = Systemd::listen(dir);
+    let notify = NotifySocket::listen(dir);
     let mut child = patrold(dir, &["run"])
         .env("NOTIFY_SOCKET", dir.join("notify"))
         .env("WATCHDOG_USEC", "400000")
@@ -77,27 +77,27 @@ fn systemd_hears_every_turn_and_a_shell_gets_its_exit_codes() {
         .spawn()
         .expect("starts");
 
-    systemd.hears("READY=1");
-    systemd.hears("STATUS=devices lost; devices lost: ");
-    systemd.hears("WATCHDOG=1");
+    notify.wait_for("READY=1");
+    notify.wait_for("STATUS=devices lost; devices lost: ");
+    notify.wait_for("WATCHDOG=1");
 
     signal(&child, "-HUP");
-    assert!(systemd.hears("RELOADING=1").contains("MONOTONIC_USEC="));
-    systemd.hears("READY=1");
+    assert!(notify.wait_for("RELOADING=1").contains("MONOTONIC_USEC="));
+    notify.wait_for("READY=1");
     configure(dir, "laser.prot = \"x\"\n");
     signal(&child, "-HUP");
-    systemd.hears("RELOADING=1");
-    systemd.hears("READY=1");
+    notify.wait_for("RELOADING=1");
+    notify.wait_for("READY=1");
     configure(dir, "");
 
     let second = patrold(dir, &["run"]).output().expect("runs");
-    let told = stderr(&second);
+    let error = stderr(&second);
     let pid = child.id();
     let expected = format!("patrold: another patrold (pid {pid}) already uses ");
     assert_eq!(second.status.code(), Some(1));
     assert!(
-        told.starts_with(&expected) && told.lines().count() == 1,
-        "{told}"
+        error.starts_with(&expected) && error.lines().count() == 1,
+        "{error}"
     );
 
     let visit = patrold(dir, &["visit", "hall"]).output().expect("runs");
@@ -115,33 +115,33 @@ fn systemd_hears_every_turn_and_a_shell_gets_its_exit_codes() {
         stderr(&teach)
     );
 
-    let begun = Instant::now();
+    let start = Instant::now();
     signal(&child, "-TERM");
-    systemd.hears("STOPPING=1");
+    notify.wait_for("STOPPING=1");
     let status = child.wait().expect("ends");
     assert!(
-        begun.elapsed() < Duration::from_secs(3),
+        start.elapsed() < Duration::from_secs(3),
         "{:?}",
-        begun.elapsed()
+        start.elapsed()
     );
     assert_eq!(status.code(), Some(0));
     let mut log = String::new();
     let mut pipe = child.stderr.take().expect("piped");
     std::io::Read::read_to_string(&mut pipe, &mut log).expect("a log");
-    assert!(log.contains("laser.port?"), "the mistake is told: {log}");
+    assert!(log.contains("laser.port?"), "the error is logged: {log}");
     assert!(!log.contains('\u{1b}'), "no colour in a file");
 
-    let gone = patrold(dir, &["visit", "hall"]).output().expect("runs");
-    assert_eq!(gone.status.code(), Some(1));
+    let stopped = patrold(dir, &["visit", "hall"]).output().expect("runs");
+    assert_eq!(stopped.status.code(), Some(1));
     assert!(
-        stderr(&gone).ends_with("start it: systemctl start patrold\n"),
+        stderr(&stopped).ends_with("start it: systemctl start patrold\n"),
         "{}",
-        stderr(&gone)
+        stderr(&stopped)
     );
 }
 
 #[test]
-fn a_wrong_configuration_is_told_at_once() {
+fn all_configuration_errors_are_reported_at_once() {
     let dir = tempfile::tempdir().expect("temp dir");
     configure(dir.path(), "laser.prot = \"x\"\nnovelty.u_th_m = nan\n");
     let run = patrold(dir.path(), &["run"]).output().expect("runs");

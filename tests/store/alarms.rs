@@ -1,20 +1,20 @@
-//! Alarms: raised, folded, acknowledged, cleared, filtered.
+//! Alarms: raised, extended, acknowledged, cleared, filtered.
 
-use super::kit::{alarms, stamp, teach, thing, visit, visit_of};
-use patrold::alarm::State;
+use super::kit::{alarms, novelty_at, stamp, teach, visit, visit_of};
+use patrold::alarm::AlarmState;
 use patrold::store::{AlarmFilter, Store, StoreError};
 use patrold_engine::novelty::Verdict;
 
 #[test]
-fn an_alarm_is_raised_folded_acknowledged_and_cleared() {
+fn an_alarm_is_raised_extended_acknowledged_and_cleared() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
 
-    let first = visit(&mut store, Verdict::Changed, &[thing(1.0)], 10);
+    let first = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10);
     let id = first.raised.expect("raised");
-    let again = visit(&mut store, Verdict::Changed, &[thing(1.1)], 20);
-    assert_eq!((again.raised, again.folded), (None, Some(id)));
+    let again = visit(&mut store, Verdict::Changed, &[novelty_at(1.1)], 20);
+    assert_eq!((again.raised, again.extended), (None, Some(id)));
 
     let row = store
         .acknowledge(id, "ana", Some("known"), &stamp(25))
@@ -24,8 +24,13 @@ fn an_alarm_is_raised_folded_acknowledged_and_cleared() {
     assert_eq!(row.novelties.len(), 1);
     assert_eq!(row.frame, "hall/1");
 
-    let second = visit(&mut store, Verdict::Changed, &[thing(1.0), thing(5.0)], 30);
-    let other = second.raised.expect("a second thing is a second alarm");
+    let second = visit(
+        &mut store,
+        Verdict::Changed,
+        &[novelty_at(1.0), novelty_at(5.0)],
+        30,
+    );
+    let other = second.raised.expect("a second change is a second alarm");
     visit(&mut store, Verdict::NotObserved, &[], 35);
     assert_eq!(
         alarms(dir.path(), &AlarmFilter::default()),
@@ -51,10 +56,10 @@ fn each_filter_narrows_the_log() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
-    let first = visit(&mut store, Verdict::Changed, &[thing(1.0)], 10)
+    let first = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10)
         .raised
         .expect("raised");
-    let second = visit(&mut store, Verdict::Changed, &[thing(5.0)], 20)
+    let second = visit(&mut store, Verdict::Changed, &[novelty_at(5.0)], 20)
         .raised
         .expect("raised");
     let ids = |filter: AlarmFilter| -> Vec<i64> {
@@ -85,11 +90,11 @@ fn each_filter_narrows_the_log() {
         }),
         [second]
     );
-    let typo = AlarmFilter {
+    let misspelt = AlarmFilter {
         waypoint: Some("hal".to_owned()),
         ..any()
     };
-    let unknown = store.alarms(&typo).expect_err("never heard of");
+    let unknown = store.alarms(&misspelt).expect_err("not in the log");
     assert!(
         unknown
             .to_string()
@@ -108,14 +113,14 @@ fn each_filter_narrows_the_log() {
         .expect("acknowledged");
     assert_eq!(
         ids(AlarmFilter {
-            state: Some(State::Acknowledged),
+            state: Some(AlarmState::Acknowledged),
             ..any()
         }),
         [first]
     );
     assert_eq!(
         ids(AlarmFilter {
-            state: Some(State::Cleared),
+            state: Some(AlarmState::Cleared),
             ..any()
         }),
         [0i64; 0]
@@ -123,12 +128,12 @@ fn each_filter_narrows_the_log() {
 }
 
 #[test]
-fn a_thing_that_is_still_there_keeps_its_alarm_through_a_quiet_visit() {
+fn a_change_that_is_still_there_keeps_its_alarm_through_a_quiet_visit() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
-    visit(&mut store, Verdict::Changed, &[thing(1.0)], 10);
-    let still_there = visit(&mut store, Verdict::Quiet, &[thing(1.1)], 20);
+    visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10);
+    let still_there = visit(&mut store, Verdict::Quiet, &[novelty_at(1.1)], 20);
     assert_eq!(still_there.cleared, [0i64; 0]);
     assert_eq!(visit(&mut store, Verdict::Quiet, &[], 30).cleared.len(), 1);
 }
@@ -140,13 +145,13 @@ fn a_reference_replaced_during_the_comparison_leaves_the_alarms_alone() {
     teach(&mut store, "hall", 0);
     let old = store.reference("hall").expect("reference").id;
     teach(&mut store, "hall", 10);
-    let late = visit_of(&mut store, old, Verdict::Changed, &[thing(1.0)], 20);
+    let late = visit_of(&mut store, old, Verdict::Changed, &[novelty_at(1.0)], 20);
     assert_eq!(
-        (late.raised, late.folded, late.outdated),
+        (late.raised, late.extended, late.outdated),
         (None, None, true)
     );
 
-    let raised = visit(&mut store, Verdict::Changed, &[thing(1.0)], 30);
+    let raised = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 30);
     let late = visit_of(&mut store, old, Verdict::Quiet, &[], 40);
     assert_eq!(
         (late.cleared.len(), late.outdated, raised.outdated),
@@ -157,17 +162,17 @@ fn a_reference_replaced_during_the_comparison_leaves_the_alarms_alone() {
     store
         .forget_waypoint("hall", &stamp(50))
         .expect("forgotten");
-    let late = visit_of(&mut store, newest, Verdict::Changed, &[thing(7.0)], 60);
+    let late = visit_of(&mut store, newest, Verdict::Changed, &[novelty_at(7.0)], 60);
     assert_eq!((late.raised, late.outdated), (None, true));
-    assert!(store.visit(late.visit_id).is_ok(), "on record all the same");
+    assert!(store.visit(late.visit_id).is_ok(), "stored all the same");
 }
 
 #[test]
-fn the_first_to_acknowledge_stays_and_notes_add_up() {
+fn the_first_name_stays_and_notes_are_appended() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
-    let id = visit(&mut store, Verdict::Changed, &[thing(1.0)], 10)
+    let id = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10)
         .raised
         .expect("raised");
     let first = store

@@ -1,29 +1,29 @@
-//! Sweeps, mixtures and things to store, and the short words that the tests speak in.
+//! Sweeps, mixtures and novelties to store, and short forms of the calls.
 
 use nalgebra::{Matrix3, Point3};
 use patrold::store::{
-    AlarmFilter, NewReference, NewVisit, Recorded, Retention, Stamp, Store, SweepRecord,
+    AlarmFilter, NewReference, NewVisit, RecordTime, Retention, Store, SweepRecord, VisitOutcome,
 };
 use patrold_engine::geometry::View;
 use patrold_engine::mixture::{Gaussian, Mixture};
-use patrold_engine::novelty::{Kind, Novelty, Rim, Verdict};
+use patrold_engine::novelty::{Novelty, NoveltyKind, Surroundings, Verdict};
 use patrold_engine::report::NoveltyRecord;
 use std::path::Path;
 
 pub const EVERYTHING: Retention = Retention {
     older_than: Some(jiff::Timestamp::MAX),
-    most_bytes: Some(0),
+    max_bytes: Some(0),
 };
 
-pub fn stamp(second: i64) -> Stamp {
-    Stamp {
+pub fn stamp(second: i64) -> RecordTime {
+    RecordTime {
         at: jiff::Timestamp::from_second(1_800_000_000 + second).expect("a valid time"),
         boot_id: "boot".to_owned(),
     }
 }
 
 pub fn view(x: f64) -> View {
-    View::bare(vec![Point3::new(x, 0.0, 0.0); 4], Point3::origin())
+    View::from_points(vec![Point3::new(x, 0.0, 0.0); 4], Point3::origin())
 }
 
 pub fn mixture() -> Mixture {
@@ -56,16 +56,16 @@ pub fn teach(store: &mut Store, name: &str, second: i64) -> i64 {
     store.teach(&new, &stamp(second)).expect("taught")
 }
 
-pub fn thing(x: f64) -> NoveltyRecord {
+pub fn novelty_at(x: f64) -> NoveltyRecord {
     let novelty = Novelty {
-        kind: Kind::Appeared,
+        kind: NoveltyKind::Appeared,
         moved_from: None,
-        points: vec![0, 1],
-        places: Vec::new(),
+        point_indices: vec![0, 1],
+        points: Vec::new(),
         moments: gaussian(x),
         mixture: mixture(),
         extent_m: [0.1, 0.1, 0.1],
-        rim: Rim::default(),
+        surroundings: Surroundings::default(),
         mass: 0.01,
         contribution: 0.005,
         support: 400.0,
@@ -76,24 +76,24 @@ pub fn thing(x: f64) -> NoveltyRecord {
 pub fn visit(
     store: &mut Store,
     verdict: Verdict,
-    things: &[NoveltyRecord],
+    novelties: &[NoveltyRecord],
     second: i64,
-) -> Recorded {
+) -> VisitOutcome {
     let reference = store.reference("hall").expect("reference");
-    visit_of(store, reference.id, verdict, things, second)
+    visit_of(store, reference.id, verdict, novelties, second)
 }
 
 pub fn visit_of(
     store: &mut Store,
-    reference: i64,
+    reference_id: i64,
     verdict: Verdict,
-    things: &[NoveltyRecord],
+    novelties: &[NoveltyRecord],
     second: i64,
-) -> Recorded {
+) -> VisitOutcome {
     let view = view(1000.0 + second as f64);
     let visit = NewVisit {
         waypoint: "hall",
-        reference_id: Some(reference),
+        reference_id: Some(reference_id),
         sweep: Some(SweepRecord {
             view: Some(&view),
             raw: None,
@@ -106,7 +106,7 @@ pub fn visit_of(
         seed: 7,
         engine: "{}",
         report: "{}",
-        novelties: things,
+        novelties,
         same_place_m: 0.5,
     };
     store

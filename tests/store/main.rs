@@ -1,4 +1,4 @@
-//! The life of references and alarms in the store, told as a guard and an engineer would see it.
+//! References, visits, alarms and retention in a store on disk.
 
 mod alarms;
 mod kit;

@@ -1,15 +1,16 @@
-//! What was recorded comes back: references by version, visits, raw data, events.
+//! What is stored is read back: references by version, visits, raw data, events.
 
-use super::kit::{mixture, stamp, teach, thing, view, visit};
-use patrold::store::{AlarmFilter, Level, NewReference, NewVisit, Store, StoreError, SweepRecord};
+use super::kit::{mixture, novelty_at, stamp, teach, view, visit};
+use patrold::patrol::severity::Severity;
+use patrold::store::{AlarmFilter, NewReference, NewVisit, Store, StoreError, SweepRecord};
 use patrold_engine::novelty::Verdict;
 
 #[test]
-fn teaching_again_makes_a_version_and_clears_what_spoke_of_the_old_one() {
+fn teaching_again_adds_a_version_and_clears_the_alarms() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     assert_eq!(teach(&mut store, "hall", 0), 1);
-    let id = visit(&mut store, Verdict::Changed, &[thing(1.0)], 10)
+    let id = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10)
         .raised
         .expect("raised");
     assert_eq!(teach(&mut store, "hall", 20), 2);
@@ -39,11 +40,11 @@ fn teaching_again_makes_a_version_and_clears_what_spoke_of_the_old_one() {
 }
 
 #[test]
-fn a_stored_visit_comes_back_as_it_was_judged() {
+fn a_stored_visit_is_read_back_as_it_was_judged() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
-    let recorded = visit(&mut store, Verdict::Changed, &[thing(1.0)], 10);
+    let recorded = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10);
     let back = store.visit(recorded.visit_id).expect("visit");
     assert_eq!(back.view, Some(view(1010.0)));
     assert_eq!((back.verdict.as_str(), back.seed), ("changed", 7));
@@ -67,10 +68,10 @@ fn events_are_kept_in_order() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     store
-        .note_event(Level::Warning, "laser", "gone", &stamp(1))
+        .note_event(Severity::Warning, "laser", "gone", &stamp(1))
         .expect("noted");
     store
-        .note_event(Level::Info, "laser", "back", &stamp(2))
+        .note_event(Severity::Info, "laser", "back", &stamp(2))
         .expect("noted");
     let events = store.events(10).expect("read");
     assert_eq!(events[0].text, "back");
@@ -158,7 +159,7 @@ fn two_writers_wait_for_each_other() {
 }
 
 #[test]
-fn versions_go_on_after_a_waypoint_was_forgotten() {
+fn versions_continue_after_a_waypoint_was_forgotten() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     assert_eq!(teach(&mut store, "hall", 0), 1);
@@ -170,11 +171,11 @@ fn versions_go_on_after_a_waypoint_was_forgotten() {
 }
 
 #[test]
-fn figures_that_are_not_finite_lose_neither_visit_nor_log() {
+fn figures_that_are_not_finite_are_stored_as_null() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
-    let mut odd = thing(1.0);
+    let mut odd = novelty_at(1.0);
     odd.centre[2] = f64::NAN;
     odd.mass = f64::NAN;
     odd.covariance[0][0] = f64::INFINITY;
@@ -205,7 +206,7 @@ fn figures_that_are_not_finite_lose_neither_visit_nor_log() {
     };
     visit_with(&mut store, Some(f64::NAN), 0.001, 10);
     visit_with(&mut store, None, f64::NAN, 20);
-    visit(&mut store, Verdict::Changed, &[thing(5.0)], 30);
+    visit(&mut store, Verdict::Changed, &[novelty_at(5.0)], 30);
     let log = store
         .alarms(&AlarmFilter::default())
         .expect("the whole log");

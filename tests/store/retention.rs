@@ -1,42 +1,42 @@
-//! What retention lets go, and what it never does.
+//! What retention deletes, and what it never does.
 
-use super::kit::{EVERYTHING, stamp, teach, thing, visit};
+use super::kit::{EVERYTHING, novelty_at, stamp, teach, visit};
 use patrold::store::{Retention, Store};
 use patrold_engine::novelty::Verdict;
 use std::path::Path;
 
 #[test]
-fn retention_spares_evidence_and_references() {
+fn retention_keeps_evidence_and_references() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
     let quiet = visit(&mut store, Verdict::Quiet, &[], 10);
-    let changed = visit(&mut store, Verdict::Changed, &[thing(1.0)], 20);
+    let changed = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 20);
     let everything = Retention {
         older_than: Some(stamp(1000).at),
-        most_bytes: Some(0),
+        max_bytes: Some(0),
     };
-    let swept = store.retain(&everything).expect("retention");
-    assert_eq!(swept.sweeps, 1);
+    let deleted = store.apply_retention(&everything).expect("retention");
+    assert_eq!(deleted.sweeps, 1);
     assert!(store.visit(quiet.visit_id).is_err());
     assert!(store.visit(changed.visit_id).is_ok());
     assert!(store.reference("hall").is_ok());
 }
 
 #[test]
-fn the_visits_in_the_middle_of_an_alarm_are_evidence() {
+fn all_visits_of_an_alarm_are_evidence() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
     let ids: Vec<i64> = [10, 20, 30]
         .into_iter()
-        .map(|second| visit(&mut store, Verdict::Changed, &[thing(1.0)], second).visit_id)
+        .map(|second| visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], second).visit_id)
         .collect();
-    store.retain(&EVERYTHING).expect("retention");
+    store.apply_retention(&EVERYTHING).expect("retention");
     assert!(ids.iter().all(|id| store.visit(*id).is_ok()));
 }
 
-/// Size of the largest file there is: all views of these tests have as many points.
+/// Size of the largest file; all views of these tests have the same number of points.
 fn bytes_of_a_sweep(dir: &Path) -> u64 {
     let entries = std::fs::read_dir(dir.join("blobs")).expect("blobs");
     let sizes = entries.map(|entry| entry.and_then(|e| e.metadata()).expect("a file").len());
@@ -44,12 +44,12 @@ fn bytes_of_a_sweep(dir: &Path) -> u64 {
 }
 
 #[test]
-fn evidence_does_not_push_out_the_rest() {
+fn evidence_does_not_count_against_the_size_limit() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
     for second in 10..20 {
-        visit(&mut store, Verdict::Changed, &[thing(1.0)], second);
+        visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], second);
     }
     let quiet = [
         visit(&mut store, Verdict::Quiet, &[], 30).visit_id,
@@ -57,17 +57,20 @@ fn evidence_does_not_push_out_the_rest() {
         visit(&mut store, Verdict::Quiet, &[], 50).visit_id,
     ];
     let one_sweep = bytes_of_a_sweep(dir.path());
-    let limit = |most| Retention {
+    let limit = |max| Retention {
         older_than: None,
-        most_bytes: Some(most),
+        max_bytes: Some(max),
     };
     assert_eq!(
-        store.retain(&limit(3 * one_sweep)).expect("all fit").sweeps,
+        store
+            .apply_retention(&limit(3 * one_sweep))
+            .expect("all fit")
+            .sweeps,
         0
     );
     assert_eq!(
         store
-            .retain(&limit(2 * one_sweep))
+            .apply_retention(&limit(2 * one_sweep))
             .expect("one goes")
             .sweeps,
         1
@@ -87,21 +90,21 @@ fn shared_files_count_once() {
     let one_sweep = bytes_of_a_sweep(dir.path());
     let limit = Retention {
         older_than: None,
-        most_bytes: Some(one_sweep),
+        max_bytes: Some(one_sweep),
     };
-    assert_eq!(store.retain(&limit).expect("fits").sweeps, 0);
+    assert_eq!(store.apply_retention(&limit).expect("fits").sweeps, 0);
 }
 
 #[test]
-fn references_of_a_forgotten_waypoint_go_by_age_unless_they_are_evidence() {
+fn references_of_a_forgotten_waypoint_are_deleted_by_age_unless_they_are_evidence() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
     let spare = store.reference("hall").expect("reference").id;
     teach(&mut store, "hall", 10);
     let evidence = store.reference("hall").expect("reference").id;
-    visit(&mut store, Verdict::Changed, &[thing(1.0)], 20);
-    assert_eq!(store.retain(&EVERYTHING).expect("known").sweeps, 0);
+    visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 20);
+    assert_eq!(store.apply_retention(&EVERYTHING).expect("known").sweeps, 0);
     store
         .forget_waypoint("hall", &stamp(30))
         .expect("forgotten");
@@ -109,15 +112,21 @@ fn references_of_a_forgotten_waypoint_go_by_age_unless_they_are_evidence() {
         older_than: None,
         ..EVERYTHING
     };
-    assert_eq!(store.retain(&by_size).expect("by age alone").sweeps, 0);
-    assert_eq!(store.retain(&EVERYTHING).expect("old").sweeps, 1);
+    assert_eq!(
+        store
+            .apply_retention(&by_size)
+            .expect("by age alone")
+            .sweeps,
+        0
+    );
+    assert_eq!(store.apply_retention(&EVERYTHING).expect("old").sweeps, 1);
     let gone = store.reference_by_id(spare).expect_err("gone");
     assert!(gone.to_string().contains("retention"), "{gone}");
     assert!(store.reference_by_id(evidence).is_ok());
 }
 
 #[test]
-fn what_a_stop_left_behind_is_swept_and_nothing_else() {
+fn orphaned_files_are_deleted_and_nothing_else() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
@@ -126,9 +135,9 @@ fn what_a_stop_left_behind_is_swept_and_nothing_else() {
     for name in [hash.clone(), format!("{hash}.tmp"), "notes.txt".to_owned()] {
         std::fs::write(blobs.join(name), b"left").expect("written");
     }
-    let swept = store.sweep_orphans().expect("swept");
-    assert_eq!((swept.sweeps, swept.bytes), (2, 8));
+    let deleted = store.delete_orphans().expect("deleted");
+    assert_eq!((deleted.sweeps, deleted.bytes), (2, 8));
     assert!(blobs.join("notes.txt").is_file(), "not ours");
     assert!(store.reference("hall").is_ok());
-    assert_eq!(store.sweep_orphans().expect("again").sweeps, 0);
+    assert_eq!(store.delete_orphans().expect("again").sweeps, 0);
 }

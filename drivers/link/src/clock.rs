@@ -1,31 +1,31 @@
-//! The one clock of everything that waits: real, or scaled for the demo and the tests.
+//! The clock of all time limits and waits: real time, or scaled for the demo and the tests.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Longest piece of one sleep, wall time: within it a changed scale is noticed.
-const SLEEP_PIECE: Duration = Duration::from_millis(50);
+/// Longest single sleep, wall time; a changed scale takes effect after it.
+const MAX_SLEEP: Duration = Duration::from_millis(50);
 
-/// Slowest and fastest scale.
-const SCALES: (f64, f64) = (1e-3, 1e3);
+const MIN_SCALE: f64 = 1e-3;
+const MAX_SCALE: f64 = 1e3;
 
-/// Virtual time since the clock was made. Monotonic; copies share it. At scale 20 one second of wall time is twenty
-/// seconds for the devices, the twins and every deadline.
+/// A monotonic clock of virtual time; clones share it. At scale 20 one second of wall time is twenty seconds for the drivers, the
+/// emulators and every deadline.
 #[derive(Debug, Clone)]
-pub struct Clock(Arc<Mutex<Pace>>);
+pub struct Clock(Arc<Mutex<ClockState>>);
 
 #[derive(Debug)]
-struct Pace {
+struct ClockState {
     wall: Instant,
-    virtual_then: Duration,
+    virtual_at_wall: Duration,
     scale: f64,
 }
 
-impl Pace {
+impl ClockState {
     fn at(&self, wall: Instant) -> Duration {
-        let passed = wall.saturating_duration_since(self.wall);
-        self.virtual_then + scaled(passed, self.scale)
+        let elapsed = wall.saturating_duration_since(self.wall);
+        self.virtual_at_wall + scaled(elapsed, self.scale)
     }
 }
 
@@ -34,47 +34,47 @@ fn scaled(duration: Duration, factor: f64) -> Duration {
 }
 
 impl Clock {
-    /// A clock that runs as the wall's.
+    /// A clock that runs in real time.
     pub fn real() -> Self {
         Self::scaled(1.0)
     }
 
-    /// A clock that runs `scale` times as fast as the wall's; kept between 0.001 and 1000.
+    /// A clock that runs `scale` times as fast as real time; clamped to 0.001 to 1000.
     pub fn scaled(scale: f64) -> Self {
-        Self(Arc::new(Mutex::new(Pace {
+        Self(Arc::new(Mutex::new(ClockState {
             wall: Instant::now(),
-            virtual_then: Duration::ZERO,
-            scale: bounded(scale),
+            virtual_at_wall: Duration::ZERO,
+            scale: clamp_scale(scale),
         })))
     }
 
-    fn pace(&self) -> MutexGuard<'_, Pace> {
-        // Nothing panics while it holds this.
+    fn state(&self) -> MutexGuard<'_, ClockState> {
+        // No code panics while it holds the lock.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Virtual time since the clock was made.
+    /// Virtual time since the clock was created.
     pub fn now(&self) -> Duration {
-        let pace = self.pace();
-        pace.at(Instant::now())
+        let state = self.state();
+        state.at(Instant::now())
     }
 
     /// Virtual seconds per second of wall time.
     pub fn scale(&self) -> f64 {
-        self.pace().scale
+        self.state().scale
     }
 
-    /// Runs at another pace from now on; the time itself does not jump.
+    /// Changes the scale from now on; the time does not jump.
     pub fn set_scale(&self, scale: f64) {
-        let mut pace = self.pace();
+        let mut state = self.state();
         let wall = Instant::now();
-        pace.virtual_then = pace.at(wall);
-        pace.wall = wall;
-        pace.scale = bounded(scale);
+        state.virtual_at_wall = state.at(wall);
+        state.wall = wall;
+        state.scale = clamp_scale(scale);
     }
 
-    /// Wall time that a virtual duration takes at the present pace.
-    pub fn wall(&self, duration: Duration) -> Duration {
+    /// Wall time of a virtual duration at the current scale.
+    pub fn wall_time(&self, duration: Duration) -> Duration {
         scaled(duration, 1.0 / self.scale())
     }
 
@@ -85,15 +85,18 @@ impl Clock {
             if left.is_zero() {
                 return;
             }
-            // At least a nanosecond, so that rounding cannot spin for ever.
-            thread::sleep(self.wall(left).clamp(Duration::from_nanos(1), SLEEP_PIECE));
+            // At least a nanosecond, so that rounding cannot make it spin.
+            thread::sleep(
+                self.wall_time(left)
+                    .clamp(Duration::from_nanos(1), MAX_SLEEP),
+            );
         }
     }
 }
 
-fn bounded(scale: f64) -> f64 {
+fn clamp_scale(scale: f64) -> f64 {
     if scale.is_finite() {
-        scale.clamp(SCALES.0, SCALES.1)
+        scale.clamp(MIN_SCALE, MAX_SCALE)
     } else {
         1.0
     }
@@ -101,22 +104,22 @@ fn bounded(scale: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Clock, Pace};
+    use super::{Clock, ClockState};
     use std::time::{Duration, Instant};
 
     #[test]
     fn a_second_of_the_wall_is_twenty_at_scale_twenty() {
         let wall = Instant::now();
-        let pace = Pace {
+        let state = ClockState {
             wall,
-            virtual_then: Duration::from_secs(3),
+            virtual_at_wall: Duration::from_secs(3),
             scale: 20.0,
         };
         assert_eq!(
-            pace.at(wall + Duration::from_secs(1)),
+            state.at(wall + Duration::from_secs(1)),
             Duration::from_secs(23)
         );
-        assert_eq!(pace.at(wall), Duration::from_secs(3));
+        assert_eq!(state.at(wall), Duration::from_secs(3));
     }
 
     #[test]
@@ -130,11 +133,14 @@ mod tests {
             last = now;
         }
         assert_eq!(clock.scale(), 1000.0);
-        assert_eq!(clock.wall(Duration::from_secs(1)), Duration::from_millis(1));
+        assert_eq!(
+            clock.wall_time(Duration::from_secs(1)),
+            Duration::from_millis(1)
+        );
     }
 
     #[test]
-    fn sleeping_ends_no_earlier_than_told() {
+    fn a_sleep_does_not_end_early() {
         let clock = Clock::scaled(1000.0);
         let until = clock.now() + Duration::from_secs(1);
         clock.sleep_until(until);

@@ -1,32 +1,31 @@
-//! What can go wrong on a link, by what the reader has to do about it.
+//! Errors of a link, by what the user has to do about them.
 
 use std::io;
 
 use crate::holder::holders;
-use crate::replay::ReplayFault;
 
-/// A fault of a transport. Every variant names the port or address it happened on.
+/// An error of a transport. Every variant names its port or address.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
-    /// Nothing is there under this name.
+    /// No device under this name.
     #[error(
         "no device at {name}: check that it is plugged in and powered, and that the configured port is right ({detail})"
     )]
     NotFound {
         /// Path or address.
         name: String,
-        /// What the system said.
+        /// The system's message.
         detail: String,
     },
-    /// A name by identity that several devices go by.
+    /// A name by identity that several devices match.
     #[error(
-        "{name} fits several devices: {fitting}; add the serial number of the right one, or name its port by where it is plugged in (/dev/serial/by-path)"
+        "{name} matches several devices: {matching}; add the serial number of the right one, or name its port by where it is plugged in (/dev/serial/by-path)"
     )]
-    Several {
+    Ambiguous {
         /// The name.
         name: String,
-        /// All that fit.
-        fitting: String,
+        /// The devices that match.
+        matching: String,
     },
     /// Another process holds the port.
     #[error(
@@ -35,7 +34,7 @@ pub enum LinkError {
     Busy {
         /// Path of the port.
         name: String,
-        /// Which program, as far as this user may know.
+        /// The program, if this user may see it.
         by: String,
     },
     /// The port exists, but this user may not open it.
@@ -51,28 +50,28 @@ pub enum LinkError {
     Disconnected {
         /// Path or address.
         name: String,
-        /// What the system said.
+        /// The system's message.
         detail: String,
     },
-    /// A write was not taken in time.
-    #[error("{name} took only {written} of {wanted} bytes in time")]
+    /// A write did not finish in time.
+    #[error("{name}: write timed out after {written} of {wanted} bytes")]
     TimedOut {
         /// Path or address.
         name: String,
-        /// Bytes taken before the time was over.
+        /// Bytes written before the timeout.
         written: usize,
-        /// Bytes that should have been taken.
+        /// Bytes to be written.
         wanted: usize,
     },
-    /// A dialogue left the transcript it is played against.
+    /// A dialogue differed from the replayed transcript.
     #[error("replay of {name}: {fault}")]
     Replay {
         /// Name of the replay.
         name: String,
-        /// Where the dialogue left the transcript.
+        /// The difference.
         fault: ReplayFault,
     },
-    /// Anything else the system reported.
+    /// Any other error of the system.
     #[error("{name}: {source}")]
     Io {
         /// Path or address.
@@ -82,8 +81,37 @@ pub enum LinkError {
     },
 }
 
-/// The system's error numbers that mean "the device has gone" (Linux): EIO, ENXIO, EBADF, ENODEV.
-const GONE_ERRNO: [i32; 4] = [5, 6, 9, 19];
+/// How a dialogue differed from its transcript. Bytes are shown with escapes.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ReplayFault {
+    /// The host wrote something else.
+    #[error("expected the host to write {expected:?}, got {got:?}")]
+    Mismatch {
+        /// What the transcript has next.
+        expected: String,
+        /// What the host wrote.
+        got: String,
+    },
+    /// The host wrote more than the transcript holds.
+    #[error("the transcript is over, but the host wrote {got:?}")]
+    Extra {
+        /// What was written.
+        got: String,
+    },
+    /// The dialogue ended before the transcript.
+    #[error(
+        "the dialogue ended with {writes_left} bytes not written and {reads_left} bytes not read"
+    )]
+    Unplayed {
+        /// Bytes the host should still have written.
+        writes_left: usize,
+        /// Bytes the host should still have read.
+        reads_left: usize,
+    },
+}
+
+/// Error numbers of Linux that mean a lost device: EIO, ENXIO, EBADF, ENODEV.
+const DISCONNECT_ERRNOS: [i32; 4] = [5, 6, 9, 19];
 
 impl LinkError {
     /// Classifies an error of an open or connect.
@@ -98,10 +126,10 @@ impl LinkError {
             },
             io::ErrorKind::PermissionDenied => Self::PermissionDenied { name },
             io::ErrorKind::ResourceBusy | io::ErrorKind::WouldBlock => Self::busy(&name),
-            // A node whose driver has no device behind it any more.
+            // A node whose device is gone.
             _ if source
                 .raw_os_error()
-                .is_some_and(|errno| GONE_ERRNO.contains(&errno)) =>
+                .is_some_and(|errno| DISCONNECT_ERRNOS.contains(&errno)) =>
             {
                 Self::NotFound {
                     name,
@@ -112,7 +140,7 @@ impl LinkError {
         }
     }
 
-    /// Somebody has the port; who, is looked up.
+    /// The port is in use; looks up by whom.
     pub(crate) fn busy(name: &str) -> Self {
         let holders = holders(name);
         let by = if holders.is_empty() {
@@ -137,7 +165,7 @@ impl LinkError {
                 | io::ErrorKind::ConnectionAborted
         ) || source
             .raw_os_error()
-            .is_some_and(|errno| GONE_ERRNO.contains(&errno));
+            .is_some_and(|errno| DISCONNECT_ERRNOS.contains(&errno));
         if gone {
             Self::disconnected(name, source.to_string())
         } else {

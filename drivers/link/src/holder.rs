@@ -1,9 +1,9 @@
-//! Who else has a node open, by name: `/proc` tells of the processes that this user may look into.
+//! Which programs have a device node open, from `/proc`.
 
 use std::fs;
 use std::path::Path;
 
-/// Programs that have the node behind `path` open, as `name (pid N)`; those of other users are seen by root alone.
+/// Programs that have the node behind `path` open, as `name (pid N)`. Only root sees those of other users.
 pub fn holders(path: &str) -> Vec<String> {
     let Ok(node) = Path::new(path).canonicalize() else {
         return Vec::new();
@@ -25,5 +25,5 @@ pub fn holders(path: &str) -> Vec<String> {
         })
         .collect();
     found.sort_unstable();
-    found.into_iter().map(|(_, told)| told).collect()
+    found.into_iter().map(|(_, holder)| holder).collect()
 }

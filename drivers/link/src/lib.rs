@@ -1,13 +1,12 @@
-//! Transports for the two devices: serial port, TCP, pseudo-terminal, and transcripts of dialogues.
+//! Transports for the two devices (serial port, TCP, pseudo-terminal), the clock of their time limits, and recorded dialogues.
 //!
-//! A driver turns bytes and instants into actions; a [`Link`] is where the bytes come from. This is the only place of the
-//! project that opens a device node.
+//! A driver turns bytes and instants into actions; a [`Link`] carries the bytes. Only this crate opens device nodes.
 
 mod clock;
 mod error;
 mod holder;
 mod pty;
-mod record;
+mod recorder;
 mod replay;
 mod serial;
 mod tcp;
@@ -15,30 +14,30 @@ mod transcript;
 mod usb;
 
 pub use clock::Clock;
-pub use error::LinkError;
+pub use error::{LinkError, ReplayFault};
 pub use holder::holders;
 pub use pty::PseudoTerminal;
-pub use record::Recorder;
-pub use replay::{Replay, ReplayFault};
+pub use recorder::Recorder;
+pub use replay::Replay;
 pub use serial::SerialLink;
 pub use tcp::TcpLink;
-pub use transcript::{Direction, Entry, Transcript, TranscriptError};
-pub use usb::{BadUsbName, Candidate, UsbDevice, UsbName, candidates};
+pub use transcript::{Direction, Transcript, TranscriptEntry, TranscriptError};
+pub use usb::{DetectedPort, UsbDevice, UsbName, UsbNameError, detect_ports};
 
 use std::time::Duration;
 
 /// A byte pipe to one device: blocking, with a time limit on every call.
 pub trait Link: Send {
-    /// Reads what has come, waiting at most `timeout` for the first byte. 0 means that nothing came in time.
+    /// Reads what has arrived, waiting at most `timeout` for the first byte. 0 means that nothing came in time.
     ///
     /// # Errors
     /// [`LinkError::Disconnected`] if the device or its adapter has gone, [`LinkError::Io`] for the rest.
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, LinkError>;
 
-    /// Hands all of `bytes` to the transport within `timeout`.
+    /// Writes all of `bytes` within `timeout`.
     ///
     /// # Errors
-    /// [`LinkError::TimedOut`] if the transport took only a part in time (the part is named),
+    /// [`LinkError::TimedOut`] if only a part was written in time (it states how many bytes),
     /// [`LinkError::Disconnected`] if the device has gone, [`LinkError::Io`] for the rest.
     fn write_all(&mut self, bytes: &[u8], timeout: Duration) -> Result<(), LinkError>;
 

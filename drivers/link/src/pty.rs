@@ -1,4 +1,4 @@
-//! The device's side of a pseudo-terminal: what an emulated device hangs on.
+//! The device's side of a pseudo-terminal, for the emulators.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -16,18 +16,17 @@ use rustix::termios::{
 
 use crate::LinkError;
 
-/// How often a quiet terminal looks whether a client died holding it.
+/// How often to check whether a client died while it held the terminal.
 const CLIENT_CHECK_EVERY: Duration = Duration::from_millis(500);
 
-/// A pseudo-terminal seen from the device. Clients open [`PseudoTerminal::slave_path`] or the link to it like a serial port.
+/// A pseudo-terminal, seen from the device. Clients open [`PseudoTerminal::slave_path`] or the link to it like a serial port.
 pub struct PseudoTerminal {
     link_path: Option<PathBuf>,
     slave_path: PathBuf,
-    ends: Option<Ends>,
-    dropped_bytes: u64,
+    ends: Option<TerminalEnds>,
 }
 
-struct Ends {
+struct TerminalEnds {
     master: OwnedFd,
     /// Kept open: without any client the master would read EIO.
     slave: File,
@@ -35,11 +34,11 @@ struct Ends {
 }
 
 impl PseudoTerminal {
-    /// Opens a raw pseudo-terminal (no echo, no mapping of CR or LF) and, if wanted, a symbolic link to it at `link_path`. A
-    /// symbolic link that leads nowhere is replaced; anything else is left alone and refused.
+    /// Opens a raw pseudo-terminal (no echo, no mapping of CR or LF) and, if given, a symbolic link to it at `link_path`. A dangling
+    /// symbolic link there is replaced; anything else is an error.
     ///
     /// # Errors
-    /// [`LinkError::Io`] if the system gives no terminal, or if something else stands at `link_path`;
+    /// [`LinkError::Io`] if the system gives no terminal, or if `link_path` exists;
     /// [`LinkError::PermissionDenied`] and [`LinkError::NotFound`] for the link's folder.
     pub fn open(link_path: Option<&Path>) -> Result<Self, LinkError> {
         let (slave_path, ends) = open_pair()?;
@@ -47,32 +46,25 @@ impl PseudoTerminal {
             link_path: None,
             slave_path,
             ends: Some(ends),
-            dropped_bytes: 0,
         };
-        terminal.linked_at(link_path)
+        terminal.with_link(link_path)
     }
 
-    fn linked_at(mut self, link_path: Option<&Path>) -> Result<Self, LinkError> {
+    fn with_link(mut self, link_path: Option<&Path>) -> Result<Self, LinkError> {
         if let Some(path) = link_path {
-            point_link(path, &self.slave_path)?;
+            create_link(path, &self.slave_path)?;
             self.link_path = Some(path.to_owned());
         }
         Ok(self)
     }
 
-    /// Where clients open it: a node under `/dev/pts`.
+    /// The node that clients open, under `/dev/pts`.
     #[must_use]
     pub fn slave_path(&self) -> &Path {
         &self.slave_path
     }
 
-    /// Bytes thrown away because nobody read them or the terminal was unplugged.
-    #[must_use]
-    pub fn dropped_bytes(&self) -> u64 {
-        self.dropped_bytes
-    }
-
-    /// Whether a client could open it now.
+    /// Whether a client can open it now.
     #[must_use]
     pub fn is_plugged_in(&self) -> bool {
         self.ends.is_some()
@@ -94,8 +86,8 @@ impl PseudoTerminal {
         }
     }
 
-    /// Sends to the client without ever waiting. What the terminal's buffer cannot take is dropped and counted, as on a wire nobody
-    /// listens to. Returns the bytes taken.
+    /// Sends to the client without waiting. What the terminal's buffer cannot hold is dropped, as on a serial line. Returns the
+    /// number of bytes sent.
     ///
     /// # Errors
     /// [`LinkError::Io`] for faults of the system.
@@ -112,16 +104,15 @@ impl PseudoTerminal {
                 Err(e) => return Err(self.fault(e)),
             }
         }
-        self.dropped_bytes += bytes.len().saturating_sub(taken) as u64;
         Ok(taken)
     }
 
-    /// Waits at most `timeout` for bytes of the client; true if there are some. Unplugged, it only waits.
+    /// Waits at most `timeout` for bytes from the client; true if there are some. While unplugged it only waits.
     ///
     /// # Errors
     /// [`LinkError::Io`] for faults of the system.
     pub fn wait_readable(&mut self, timeout: Duration) -> Result<bool, LinkError> {
-        self.free_after_dead_client();
+        self.clear_stale_exclusive_mark();
         let limit = Timespec {
             tv_sec: i64::try_from(timeout.as_secs()).unwrap_or(i64::MAX),
             tv_nsec: i64::from(timeout.subsec_nanos()),
@@ -140,7 +131,7 @@ impl PseudoTerminal {
         }
     }
 
-    /// Pulls the plug: an open client sees its port vanish, the link is removed.
+    /// Unplugs the device: an open client loses its port, the link is removed.
     pub fn hang_up(&mut self) {
         self.ends = None;
         if let Some(path) = &self.link_path {
@@ -148,7 +139,7 @@ impl PseudoTerminal {
         }
     }
 
-    /// Plugs in again after [`PseudoTerminal::hang_up`], as a new terminal at the same link. Does nothing if it is plugged in.
+    /// Plugs the device in again after [`PseudoTerminal::hang_up`], as a new terminal at the same link. Does nothing if plugged in.
     ///
     /// # Errors
     /// As [`PseudoTerminal::open`].
@@ -156,7 +147,7 @@ impl PseudoTerminal {
         if self.ends.is_none() {
             let (slave_path, ends) = open_pair()?;
             if let Some(path) = &self.link_path {
-                point_link(path, &slave_path)?;
+                create_link(path, &slave_path)?;
             }
             self.slave_path = slave_path;
             self.ends = Some(ends);
@@ -164,7 +155,7 @@ impl PseudoTerminal {
         Ok(())
     }
 
-    /// As [`PseudoTerminal::plug_in`], with its link at another place from now on.
+    /// As [`PseudoTerminal::plug_in`], with the link at another path from now on.
     ///
     /// # Errors
     /// As [`PseudoTerminal::open`].
@@ -175,9 +166,9 @@ impl PseudoTerminal {
         self.plug_in()
     }
 
-    /// A client killed while it held the terminal exclusively leaves the mark behind, as our own end keeps the terminal alive. If
-    /// nobody holds the lock, the mark is nobody's.
-    fn free_after_dead_client(&mut self) {
+    /// Clears the mark of exclusive use (`TIOCEXCL`) that a killed client leaves behind, since our own end keeps the terminal alive.
+    /// If no process holds the lock, the mark is stale.
+    fn clear_stale_exclusive_mark(&mut self) {
         let Some(ends) = &mut self.ends else { return };
         let now = Instant::now();
         if ends
@@ -208,7 +199,7 @@ impl Drop for PseudoTerminal {
     }
 }
 
-fn open_pair() -> Result<(PathBuf, Ends), LinkError> {
+fn open_pair() -> Result<(PathBuf, TerminalEnds), LinkError> {
     let fault = |source: io::Error| LinkError::on_open("/dev/ptmx", source);
     let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)
         .map_err(|e| fault(e.into()))?;
@@ -230,7 +221,7 @@ fn open_pair() -> Result<(PathBuf, Ends), LinkError> {
     fcntl_setfl(&master, flags | OFlags::NONBLOCK).map_err(|e| fault(e.into()))?;
     Ok((
         path,
-        Ends {
+        TerminalEnds {
             master,
             slave,
             last_client_check: None,
@@ -238,13 +229,13 @@ fn open_pair() -> Result<(PathBuf, Ends), LinkError> {
     ))
 }
 
-/// Puts a symbolic link to `target` at `path`, replacing only a symbolic link that leads nowhere: one that leads somewhere is the
-/// name of a real device, or of a terminal that is served.
-fn point_link(path: &Path, target: &Path) -> Result<(), LinkError> {
+/// Creates a symbolic link to `target` at `path`. Replaces only a dangling symbolic link: one with a target may be the name of a
+/// real device or of another emulator's terminal.
+fn create_link(path: &Path, target: &Path) -> Result<(), LinkError> {
     let name = path.display().to_string();
     match fs::symlink_metadata(path) {
         Ok(there) if there.file_type().is_symlink() && path.exists() => {
-            let detail = "a symbolic link to a device or terminal that exists stands there; it is left alone";
+            let detail = "a symbolic link to an existing device or terminal; remove it first";
             return Err(LinkError::Io {
                 name,
                 source: io::Error::new(io::ErrorKind::AlreadyExists, detail),
@@ -254,7 +245,7 @@ fn point_link(path: &Path, target: &Path) -> Result<(), LinkError> {
             fs::remove_file(path).map_err(|e| LinkError::on_open(&name, e))?;
         }
         Ok(_) => {
-            let detail = "something that is not a symbolic link stands there; it is left alone";
+            let detail = "exists and is not a symbolic link; choose another path";
             return Err(LinkError::Io {
                 name,
                 source: io::Error::new(io::ErrorKind::AlreadyExists, detail),
@@ -266,10 +257,10 @@ fn point_link(path: &Path, target: &Path) -> Result<(), LinkError> {
     symlink(target, path).map_err(|e| LinkError::on_open(&name, e))
 }
 
-/// Removes the link only while it still points at our terminal.
+/// Removes the link if it still points at our terminal.
 fn remove_own_link(path: &Path, target: &Path) {
     if fs::read_link(path).is_ok_and(|points_at| points_at == target) {
-        // Nothing can be done about a link that will not go; it dangles and the next opening replaces it.
+        // On failure the link dangles and the next opening replaces it.
         let _ = fs::remove_file(path);
     }
 }
@@ -303,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_symbolic_link_that_leads_nowhere_is_replaced() {
+    fn only_a_dangling_symbolic_link_is_replaced() {
         let folder = scratch("refuse");
         let path = folder.join("precious");
         fs::write(&path, "data").expect("a file");
@@ -340,7 +331,6 @@ mod tests {
         let flood = vec![b'#'; 1 << 18];
         let taken = device.write(&flood).expect("does not block");
         assert!(taken < flood.len());
-        assert_eq!(device.dropped_bytes(), (flood.len() - taken) as u64);
     }
 
     #[test]
@@ -359,7 +349,6 @@ mod tests {
             Err(LinkError::NotFound { .. })
         ));
         assert_eq!(device.write(b"lost").expect("no fault"), 0);
-        assert_eq!(device.dropped_bytes(), 4);
         device.plug_in().expect("plugs in");
         let mut again = SerialLink::open(&path.to_string_lossy(), 9600).expect("opens again");
         again.write_all(b"ED ", LONG).expect("writes");
@@ -368,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mark_of_a_dead_client_is_taken_away() {
+    fn the_exclusive_mark_of_a_dead_client_is_cleared() {
         let mut device = PseudoTerminal::open(None).expect("opens");
         {
             // What a killed client leaves: the mark, but no lock.

@@ -1,41 +1,12 @@
-//! Plays a transcript back as a link: the device's lines are given, the host's lines are demanded.
+//! Replay of a transcript as a link: provides the device's bytes, checks the host's.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use crate::{Direction, Entry, Link, LinkError, Transcript};
+use crate::{Direction, Link, LinkError, ReplayFault, Transcript, TranscriptEntry};
 
-/// How a dialogue left its transcript. Bytes are shown with escapes.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum ReplayFault {
-    /// The host wrote something else.
-    #[error("expected the host to write {expected:?}, got {got:?}")]
-    Different {
-        /// What the transcript has next.
-        expected: String,
-        /// What was written.
-        got: String,
-    },
-    /// The host wrote more than the transcript holds.
-    #[error("the transcript is over, but the host wrote {got:?}")]
-    Extra {
-        /// What was written.
-        got: String,
-    },
-    /// The dialogue ended before the transcript.
-    #[error(
-        "the dialogue ended with {writes_left} bytes not written and {reads_left} bytes not read"
-    )]
-    Unplayed {
-        /// Bytes the host should still have written.
-        writes_left: usize,
-        /// Bytes the host should still have read.
-        reads_left: usize,
-    },
-}
-
-/// A link whose device is a transcript. Times in it are not waited for: bytes of the device are there as soon as everything the host
-/// wrote before them has been written. How writes and reads are cut into pieces does not matter.
+/// A link whose device is a transcript. It does not wait for recorded times: bytes of the device are available as soon as the host
+/// has written all bytes before them. Boundaries of writes and reads do not matter.
 pub struct Replay {
     name: String,
     steps: VecDeque<(Direction, VecDeque<u8>)>,
@@ -43,11 +14,11 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Plays `transcript`; `name` is used in messages.
+    /// Replays `transcript`; `name` is used in messages.
     #[must_use]
     pub fn new(name: &str, transcript: Transcript) -> Self {
         let bytes = |entry| match entry {
-            Entry::Bytes {
+            TranscriptEntry::Bytes {
                 direction, bytes, ..
             } if !bytes.is_empty() => Some((direction, bytes.into())),
             _ => None,
@@ -62,10 +33,10 @@ impl Replay {
         replay
     }
 
-    /// Ends the play.
+    /// Ends the replay.
     ///
     /// # Errors
-    /// [`ReplayFault::Unplayed`] if something of the transcript did not happen.
+    /// [`ReplayFault::Unplayed`] if part of the transcript was not played.
     pub fn finish(self) -> Result<(), ReplayFault> {
         let left = |wanted| {
             self.steps
@@ -86,7 +57,7 @@ impl Replay {
         }
     }
 
-    /// Makes readable what the device says before the host's next line.
+    /// Makes readable what the device sends before the host's next bytes.
     fn release(&mut self) {
         while let Some((_, mut bytes)) = self
             .steps
@@ -100,15 +71,15 @@ impl Replay {
         let mut rest = written;
         while !rest.is_empty() {
             let Some((_, expected)) = self.steps.front_mut() else {
-                return Err(ReplayFault::Extra { got: show(rest) });
+                return Err(ReplayFault::Extra { got: escape(rest) });
             };
             let count = expected.len().min(rest.len());
             let (head, tail) = rest.split_at(count);
             if !expected.iter().take(count).eq(head) {
                 let expected: Vec<u8> = expected.iter().copied().collect();
-                return Err(ReplayFault::Different {
-                    expected: show(&expected),
-                    got: show(rest),
+                return Err(ReplayFault::Mismatch {
+                    expected: escape(&expected),
+                    got: escape(rest),
                 });
             }
             expected.drain(..count);
@@ -119,7 +90,7 @@ impl Replay {
     }
 }
 
-fn show(bytes: &[u8]) -> String {
+fn escape(bytes: &[u8]) -> String {
     bytes.escape_ascii().to_string()
 }
 
@@ -196,7 +167,7 @@ mod tests {
         let mut link = replay(DIALOGUE);
         assert!(matches!(
             fault(link.write_all(b"PT ", Duration::ZERO)),
-            ReplayFault::Different { .. }
+            ReplayFault::Mismatch { .. }
         ));
         let mut link = replay("0.000000 > \"PP \"\n");
         assert_eq!(

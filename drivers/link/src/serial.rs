@@ -13,8 +13,8 @@ use serialport::{ClearBuffer, DataBits, FlowControl, Parity, SerialPort, StopBit
 
 use crate::{Link, LinkError};
 
-/// Tries to take the lock of a port before it is called busy, and the pause between them. A lock may be held for a moment by a
-/// dying process or by a pseudo-terminal looking whether its client lives.
+/// Attempts to lock a port before it counts as busy, and the pause between them. A dying process, or a pseudo-terminal that checks
+/// its client, may hold the lock for a moment.
 const LOCK_TRIES: u32 = 3;
 const LOCK_PAUSE: Duration = Duration::from_millis(20);
 
@@ -23,20 +23,20 @@ pub struct SerialLink {
     name: String,
     /// Holds the lock and the settings.
     port: TTYPort,
-    /// The same port, opened non-blocking: a blocking write outlasts any time limit when the device does not take bytes.
+    /// The same port, opened non-blocking: a blocking write has no time limit if the device takes no bytes.
     node: File,
 }
 
 impl SerialLink {
-    /// Opens `path` at `baud` with 8 data bits, no parity, one stop bit and no handshake, takes it exclusively (`TIOCEXCL` and an
-    /// advisory lock: the first does not stop root) and throws away what stood in both directions.
+    /// Opens `path` at `baud` with 8 data bits, no parity, one stop bit and no handshake, for exclusive use (`TIOCEXCL` and an
+    /// advisory lock, as the first does not stop root), and discards buffered bytes in both directions.
     ///
     /// # Errors
-    /// [`LinkError::NotFound`], [`LinkError::Busy`], [`LinkError::PermissionDenied`], or [`LinkError::Io`] (for one, if the node is
-    /// no terminal).
+    /// [`LinkError::NotFound`], [`LinkError::Busy`], [`LinkError::PermissionDenied`], or [`LinkError::Io`], for example if the node
+    /// is not a terminal.
     pub fn open(path: &str, baud: u32) -> Result<Self, LinkError> {
         let node = lock(path)?;
-        // The lock is handed over: the port takes its own, for which this one must be free.
+        // `TTYPort` takes its own lock, for which this one must be free.
         flock(&node, FlockOperation::Unlock).map_err(|e| LinkError::on_open(path, e.into()))?;
         let builder = serialport::new(path, baud)
             .data_bits(DataBits::Eight)
@@ -45,7 +45,7 @@ impl SerialLink {
             .flow_control(FlowControl::None)
             .exclusive(true);
         let port = TTYPort::open(&builder).map_err(|e| match e.kind() {
-            // The node was there a moment ago: this kind is the port's word for "somebody else has it".
+            // The node existed a moment ago: with this kind `serialport` reports a port in use.
             serialport::ErrorKind::NoDevice => LinkError::busy(path),
             _ => LinkError::on_open(path, e.into()),
         })?;
@@ -58,33 +58,32 @@ impl SerialLink {
         })
     }
 
-    /// Sets another baud rate on the open port.
+    /// Changes the baud rate of the open port.
     ///
     /// # Errors
-    /// [`LinkError::Io`] if the port cannot do it, [`LinkError::Disconnected`] if it has gone.
+    /// [`LinkError::Io`] if the port does not support it, [`LinkError::Disconnected`] if it is gone.
     pub fn set_baud(&mut self, baud: u32) -> Result<(), LinkError> {
         self.port
             .set_baud_rate(baud)
             .map_err(|e| LinkError::on_transfer(&self.name, e.into()))
     }
 
-    /// Waits until the port is ready for `what` or has a fault that the next transfer will tell; false if the time was over first.
-    fn wait(&self, what: PollFlags, timeout: Duration) -> Result<bool, LinkError> {
-        let mut fds = [PollFd::new(&self.node, what)];
+    /// Waits until the port is ready for `flags`, or has a fault that the next transfer will report; false on timeout.
+    fn wait(&self, flags: PollFlags, timeout: Duration) -> Result<bool, LinkError> {
+        let mut fds = [PollFd::new(&self.node, flags)];
         let limit = Timespec {
             tv_sec: i64::try_from(timeout.as_secs()).unwrap_or(i64::MAX),
             tv_nsec: i64::from(timeout.subsec_nanos()),
         };
         match poll(&mut fds, Some(&limit)) {
             Ok(count) => Ok(count > 0),
-            // An interrupted wait is a short one.
             Err(Errno::INTR) => Ok(false),
             Err(e) => Err(LinkError::on_transfer(&self.name, e.into())),
         }
     }
 }
 
-/// Opens the node without waiting for a carrier and locks it, or says why not.
+/// Opens the node without waiting for a carrier, and locks it.
 fn lock(path: &str) -> Result<File, LinkError> {
     let mut tries_left = LOCK_TRIES;
     loop {
@@ -115,7 +114,7 @@ impl Link for SerialLink {
             return Ok(0);
         }
         match rustix::io::read(&self.node, buffer) {
-            // The poll said that there is something: none after that is the end of the file.
+            // The poll reported data: 0 bytes now mean the end of the file.
             Ok(0) => Err(LinkError::disconnected(&self.name, "end of file")),
             Ok(count) => Ok(count),
             Err(Errno::AGAIN | Errno::INTR) => Ok(0),
@@ -205,9 +204,9 @@ mod tests {
         let Err(error @ LinkError::Busy { .. }) = open(&device) else {
             panic!("taken twice");
         };
-        let told = error.to_string();
+        let text = error.to_string();
         let this = format!("(pid {})", std::process::id());
-        assert!(told.contains(&this), "{told}");
+        assert!(text.contains(&this), "{text}");
         host.write_all(b"x", LONG).expect("the first still writes");
         assert!(device.wait_readable(LONG).expect("wait"));
         drop(host);

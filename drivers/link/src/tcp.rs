@@ -6,27 +6,27 @@ use std::time::{Duration, Instant};
 
 use crate::{Link, LinkError};
 
-/// The shortest time-out a socket takes: zero would mean "for ever" to the system.
-const SHORTEST: Duration = Duration::from_micros(1);
+/// Shortest timeout of a socket; the system takes zero as no timeout.
+const MIN_TIMEOUT: Duration = Duration::from_micros(1);
 
-/// An open TCP connection, without delay of small packets.
+/// An open TCP connection with `TCP_NODELAY`.
 pub struct TcpLink {
     name: String,
     stream: TcpStream,
 }
 
 impl TcpLink {
-    /// Connects to `address` (`host:port`), giving every address it resolves to at most `timeout`.
+    /// Connects to `address` (`host:port`), with `timeout` for each address that it resolves to.
     ///
     /// # Errors
-    /// [`LinkError::NotFound`] if nobody answers there, [`LinkError::Io`] if the name does not resolve or the system refuses.
+    /// [`LinkError::NotFound`] if nothing answers there, [`LinkError::Io`] if the name does not resolve or the system refuses.
     pub fn connect(address: &str, timeout: Duration) -> Result<Self, LinkError> {
         let resolved = address
             .to_socket_addrs()
             .map_err(|e| LinkError::on_open(address, e))?;
         let mut last = io::Error::new(io::ErrorKind::NotFound, "the name has no address");
         for candidate in resolved {
-            match TcpStream::connect_timeout(&candidate, timeout.max(SHORTEST)) {
+            match TcpStream::connect_timeout(&candidate, timeout.max(MIN_TIMEOUT)) {
                 Ok(stream) => {
                     stream
                         .set_nodelay(true)
@@ -59,7 +59,7 @@ impl Link for TcpLink {
             return Ok(0);
         }
         self.stream
-            .set_read_timeout(Some(timeout.max(SHORTEST)))
+            .set_read_timeout(Some(timeout.max(MIN_TIMEOUT)))
             .map_err(|e| LinkError::on_transfer(&self.name, e))?;
         match self.stream.read(buffer) {
             Ok(0) => Err(LinkError::disconnected(&self.name, "end of stream")),
@@ -75,7 +75,7 @@ impl Link for TcpLink {
         while let Some(rest) = bytes.get(written..).filter(|rest| !rest.is_empty()) {
             let left = until
                 .saturating_duration_since(Instant::now())
-                .max(SHORTEST);
+                .max(MIN_TIMEOUT);
             self.stream
                 .set_write_timeout(Some(left))
                 .map_err(|e| LinkError::on_transfer(&self.name, e))?;
@@ -83,7 +83,7 @@ impl Link for TcpLink {
                 Ok(0) => {
                     return Err(LinkError::disconnected(
                         &self.name,
-                        "the peer takes no more",
+                        "the peer accepts no more bytes",
                     ));
                 }
                 Ok(count) => written += count,
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_listening_is_not_found() {
+    fn a_port_without_listener_is_not_found() {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let address = listener.local_addr().expect("its address").to_string();
         drop(listener);

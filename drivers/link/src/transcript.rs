@@ -1,18 +1,18 @@
-//! Transcripts: a dialogue as text, one line per piece, readable and diffable.
+//! Transcripts: a dialogue as text, one line per chunk of bytes.
 //!
 //! ```text
 //! # PTU-D46 on /dev/ttyUSB0
 //! 0.000000 > "PP "
 //! 0.013250 < "* -1234\r\n"
 //! ```
-//! Time in seconds since the beginning, `>` from the host to the device, `<` back; bytes between quotes, `\r \n \t \\ \"` and
-//! `\xNN` for what is not printable. Empty lines and `#` lines carry no bytes.
+//! Time in seconds since the start; `>` from host to device, `<` back; bytes in quotes, with `\r \n \t \\ \"`, and `\xNN` for what is
+//! not printable. Lines that start with `#` are comments; empty lines are ignored.
 
 use std::fmt::{self, Write as _};
 use std::str::FromStr;
 use std::time::Duration;
 
-/// Which way bytes went.
+/// Direction of bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// From the host to the device, `>`.
@@ -23,44 +23,44 @@ pub enum Direction {
 
 /// One line of a transcript.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Entry {
-    /// Bytes seen on the line.
+pub enum TranscriptEntry {
+    /// Bytes on the line.
     Bytes {
-        /// Time since the beginning, written in whole microseconds.
+        /// Time since the start, written in whole microseconds.
         at: Duration,
-        /// Which way they went.
+        /// Their direction.
         direction: Direction,
-        /// The bytes.
+        /// As sent.
         bytes: Vec<u8>,
     },
-    /// A remark, one line.
+    /// A comment, one line.
     Comment(String),
 }
 
 /// A recorded dialogue.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Transcript {
-    /// The lines in their order.
-    pub entries: Vec<Entry>,
+    /// The lines in order.
+    pub entries: Vec<TranscriptEntry>,
 }
 
-/// A line that is not of a transcript.
+/// A line that is not valid in a transcript.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("transcript line {line}: expected {expected}, got {got:?}")]
 pub struct TranscriptError {
     /// Line number, from 1.
     pub line: usize,
-    /// What should stand there.
+    /// What is valid there.
     pub expected: &'static str,
     /// The line.
     pub got: String,
 }
 
-impl fmt::Display for Entry {
+impl fmt::Display for TranscriptEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Comment(text) => {
-                // A remark of several lines stays a remark.
+                // Each line of a comment gets its own `#`.
                 let mut lines = text.lines();
                 write!(f, "# {}", lines.next().unwrap_or(""))?;
                 lines.try_for_each(|line| write!(f, "\n# {line}"))
@@ -129,9 +129,9 @@ fn parse_time(text: &str) -> Option<Duration> {
     Some(Duration::from_secs(seconds.parse().ok()?) + Duration::from_micros(micros.parse().ok()?))
 }
 
-fn parse_entry(line: &str) -> Result<Entry, &'static str> {
+fn parse_entry(line: &str) -> Result<TranscriptEntry, &'static str> {
     if let Some(text) = line.strip_prefix('#') {
-        return Ok(Entry::Comment(
+        return Ok(TranscriptEntry::Comment(
             text.strip_prefix(' ').unwrap_or(text).to_owned(),
         ));
     }
@@ -150,7 +150,7 @@ fn parse_entry(line: &str) -> Result<Entry, &'static str> {
         .ok_or("bytes between quotes")?;
     let bytes =
         unescape(inner).ok_or("printable bytes and the escapes \\r \\n \\t \\\\ \\\" \\xNN")?;
-    Ok(Entry::Bytes {
+    Ok(TranscriptEntry::Bytes {
         at,
         direction,
         bytes,
@@ -191,19 +191,19 @@ mod tests {
     use super::*;
     use proptest::prelude::{Just, Strategy, any, prop_oneof, proptest};
 
-    fn entry() -> impl Strategy<Value = Entry> {
+    fn entry() -> impl Strategy<Value = TranscriptEntry> {
         let direction = prop_oneof![Just(Direction::ToDevice), Just(Direction::ToHost)];
         let bytes = (
             0u64..1 << 50,
             direction,
             proptest::collection::vec(any::<u8>(), 0..80),
         )
-            .prop_map(|(us, direction, bytes)| Entry::Bytes {
+            .prop_map(|(us, direction, bytes)| TranscriptEntry::Bytes {
                 at: Duration::from_micros(us),
                 direction,
                 bytes,
             });
-        prop_oneof![bytes, "[ -~]{0,40}".prop_map(Entry::Comment)]
+        prop_oneof![bytes, "[ -~]{0,40}".prop_map(TranscriptEntry::Comment)]
     }
 
     proptest! {
@@ -226,7 +226,7 @@ mod tests {
         assert_eq!(transcript.to_string(), text);
         assert_eq!(transcript.entries.len(), 4);
         assert!(
-            matches!(&transcript.entries[3], Entry::Bytes { bytes, .. } if bytes == b"\xff\"\\")
+            matches!(&transcript.entries[3], TranscriptEntry::Bytes { bytes, .. } if bytes == b"\xff\"\\")
         );
     }
 

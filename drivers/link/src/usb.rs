@@ -1,5 +1,4 @@
-//! Ports by who hangs on them: USB vendor, product and serial number instead of a node's number, which changes with the order
-//! of plugging.
+//! Serial ports by USB identity (vendor, product, serial number), as node numbers change with the order of plugging in.
 
 use std::fmt;
 use std::path::Path;
@@ -9,28 +8,28 @@ use serialport::{SerialPortType, UsbPortInfo};
 
 use crate::LinkError;
 
-/// Where the system lists its terminals.
+/// Where Linux lists its terminals.
 const TERMINALS: &str = "/sys/class/tty";
 
-/// A serial port of this machine, as the system tells of it; nothing was asked of the device.
+/// A serial port of this machine, as the system lists it; the device itself was not queried.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Candidate {
-    /// Its node, for one `/dev/ttyACM0`.
+pub struct DetectedPort {
+    /// Its node, such as `/dev/ttyACM0`.
     pub path: String,
-    /// What sits behind it, if that is USB.
+    /// The device behind it, if on USB.
     pub usb: Option<UsbDevice>,
 }
 
 /// A device or adapter on USB, from its descriptor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsbDevice {
-    /// Vendor.
+    /// Vendor id.
     pub vendor: u16,
-    /// Product.
+    /// Product id.
     pub product: u16,
     /// Serial number, if it has one.
     pub serial: Option<String>,
-    /// What it calls itself.
+    /// Product name, if it has one.
     pub name: Option<String>,
 }
 
@@ -42,49 +41,49 @@ pub struct UsbName {
     serial: Option<String>,
 }
 
-/// A text that names no port by identity.
+/// A text that is not a port name by USB identity.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0} is no USB name: usb:VVVV:PPPP or usb:VVVV:PPPP:SERIAL, vendor and product as four hexadecimal digits (lsusb shows them)"
+    "{0} is not a USB port name: expected usb:VVVV:PPPP or usb:VVVV:PPPP:SERIAL, vendor and product as four hexadecimal digits (lsusb shows them)"
 )]
-pub struct BadUsbName(String);
+pub struct UsbNameError(String);
 
 impl UsbName {
-    /// Whether `text` means to be such a name.
-    pub fn is_meant(text: &str) -> bool {
+    /// Whether `text` starts like such a name.
+    pub fn has_prefix(text: &str) -> bool {
         text.starts_with("usb:")
     }
 
-    /// The only one of `candidates` that goes by this name.
+    /// The only one of `ports` that matches this name.
     ///
     /// # Errors
-    /// [`LinkError::NotFound`] with what there is instead, [`LinkError::Several`] with all that fit.
-    pub fn only<'a>(&self, candidates: &'a [Candidate]) -> Result<&'a Candidate, LinkError> {
-        let mut fitting = candidates.iter().filter(|c| self.fits(c));
-        match (fitting.next(), fitting.next()) {
+    /// [`LinkError::NotFound`] with the ports found instead, [`LinkError::Ambiguous`] with all that match.
+    pub fn find_in<'a>(&self, ports: &'a [DetectedPort]) -> Result<&'a DetectedPort, LinkError> {
+        let mut matching = ports.iter().filter(|c| self.matches(c));
+        match (matching.next(), matching.next()) {
             (Some(only), None) => Ok(only),
             (None, _) => Err(LinkError::NotFound {
                 name: self.to_string(),
-                detail: match listed(candidates.iter().filter(|c| c.usb.is_some())) {
-                    none if none.is_empty() => "no serial port on USB is there".to_owned(),
+                detail: match list(ports.iter().filter(|c| c.usb.is_some())) {
+                    none if none.is_empty() => "no serial port on USB found".to_owned(),
                     others => format!("on USB: {others}"),
                 },
             }),
-            (Some(_), Some(_)) => Err(LinkError::Several {
+            (Some(_), Some(_)) => Err(LinkError::Ambiguous {
                 name: self.to_string(),
-                fitting: listed(candidates.iter().filter(|c| self.fits(c))),
+                matching: list(ports.iter().filter(|c| self.matches(c))),
             }),
         }
     }
 
-    /// Vendor's number.
+    /// Vendor id.
     pub fn vendor(&self) -> u16 {
         self.vendor
     }
 
-    /// Whether `candidate` goes by this name.
-    pub fn fits(&self, candidate: &Candidate) -> bool {
-        candidate.usb.as_ref().is_some_and(|usb| {
+    /// Whether `port` matches this name.
+    pub fn matches(&self, port: &DetectedPort) -> bool {
+        port.usb.as_ref().is_some_and(|usb| {
             let named = self.serial.is_none() || self.serial == usb.serial;
             usb.vendor == self.vendor && usb.product == self.product && named
         })
@@ -92,10 +91,10 @@ impl UsbName {
 }
 
 impl FromStr for UsbName {
-    type Err = BadUsbName;
+    type Err = UsbNameError;
 
-    fn from_str(text: &str) -> Result<Self, BadUsbName> {
-        let bad = || BadUsbName(text.to_owned());
+    fn from_str(text: &str) -> Result<Self, UsbNameError> {
+        let bad = || UsbNameError(text.to_owned());
         let mut parts = text.strip_prefix("usb:").ok_or_else(bad)?.splitn(3, ':');
         let mut id = || {
             let digits = parts.next().filter(|d| d.len() == 4);
@@ -125,7 +124,7 @@ impl fmt::Display for UsbName {
 }
 
 impl UsbDevice {
-    /// The fullest name that fits it.
+    /// The most specific name that matches it.
     pub fn id(&self) -> UsbName {
         UsbName {
             vendor: self.vendor,
@@ -146,7 +145,7 @@ impl From<UsbPortInfo> for UsbDevice {
     }
 }
 
-impl fmt::Display for Candidate {
+impl fmt::Display for DetectedPort {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.path)?;
         match &self.usb {
@@ -156,18 +155,17 @@ impl fmt::Display for Candidate {
     }
 }
 
-fn listed<'a>(candidates: impl Iterator<Item = &'a Candidate>) -> String {
-    let told: Vec<String> = candidates.map(ToString::to_string).collect();
-    told.join(", ")
+fn list<'a>(ports: impl Iterator<Item = &'a DetectedPort>) -> String {
+    let names: Vec<String> = ports.map(ToString::to_string).collect();
+    names.join(", ")
 }
 
-/// All serial ports of this machine with a device behind them, by path. Terminals without (pseudo-terminals, the console) are
-/// none.
+/// All serial ports of this machine with a device behind them, by path; pseudo-terminals and the console are left out.
 ///
 /// # Errors
-/// [`LinkError::Io`] where the system does not tell.
-pub fn candidates() -> Result<Vec<Candidate>, LinkError> {
-    // A machine without this folder (a container) has no ports; the library would panic.
+/// [`LinkError::Io`] if the system cannot list them.
+pub fn detect_ports() -> Result<Vec<DetectedPort>, LinkError> {
+    // A machine without this folder (a container) has no ports; `serialport` would panic.
     if !Path::new(TERMINALS).is_dir() {
         return Ok(Vec::new());
     }
@@ -175,9 +173,9 @@ pub fn candidates() -> Result<Vec<Candidate>, LinkError> {
         name: TERMINALS.to_owned(),
         source: e.into(),
     })?;
-    let mut found: Vec<Candidate> = ports
+    let mut found: Vec<DetectedPort> = ports
         .into_iter()
-        .map(|port| Candidate {
+        .map(|port| DetectedPort {
             path: port.port_name,
             usb: match port.port_type {
                 SerialPortType::UsbPort(info) => Some(info.into()),
@@ -191,12 +189,12 @@ pub fn candidates() -> Result<Vec<Candidate>, LinkError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Candidate, UsbDevice, UsbName, candidates};
+    use super::{DetectedPort, UsbDevice, UsbName, detect_ports};
     use crate::LinkError;
     use proptest::prelude::*;
 
-    fn on_usb(path: &str, vendor: u16, product: u16, serial: Option<&str>) -> Candidate {
-        Candidate {
+    fn on_usb(path: &str, vendor: u16, product: u16, serial: Option<&str>) -> DetectedPort {
+        DetectedPort {
             path: path.to_owned(),
             usb: Some(UsbDevice {
                 vendor,
@@ -208,13 +206,13 @@ mod tests {
     }
 
     /// A robot with two lasers of one make, two adapters of one make, and a UART of the board.
-    fn robot() -> Vec<Candidate> {
+    fn robot() -> Vec<DetectedPort> {
         vec![
             on_usb("/dev/ttyACM0", 0x15d1, 0x0000, None),
             on_usb("/dev/ttyACM1", 0x15d1, 0x0000, None),
             on_usb("/dev/ttyUSB0", 0x0403, 0x6001, Some("A1B2C3D4")),
             on_usb("/dev/ttyUSB1", 0x0403, 0x6001, Some("A1:ZZ")),
-            Candidate {
+            DetectedPort {
                 path: "/dev/ttyS0".to_owned(),
                 usb: None,
             },
@@ -229,16 +227,21 @@ mod tests {
     fn a_device_is_found_wherever_it_was_plugged_in() {
         let mut there = robot();
         let wanted = name("usb:0403:6001:A1B2C3D4");
-        assert_eq!(wanted.only(&there).expect("there").path, "/dev/ttyUSB0");
+        assert_eq!(wanted.find_in(&there).expect("there").path, "/dev/ttyUSB0");
         there[2].path = "/dev/ttyUSB7".to_owned();
-        assert_eq!(wanted.only(&there).expect("there").path, "/dev/ttyUSB7");
+        assert_eq!(wanted.find_in(&there).expect("there").path, "/dev/ttyUSB7");
         let with_colon = name("usb:0403:6001:A1:ZZ");
-        assert_eq!(with_colon.only(&there).expect("there").path, "/dev/ttyUSB1");
+        assert_eq!(
+            with_colon.find_in(&there).expect("there").path,
+            "/dev/ttyUSB1"
+        );
     }
 
     #[test]
-    fn none_is_refused_with_what_there_is_instead() {
-        let error = name("usb:067b:2303").only(&robot()).expect_err("not there");
+    fn a_missing_device_is_reported_with_the_ports_found_instead() {
+        let error = name("usb:067b:2303")
+            .find_in(&robot())
+            .expect_err("not there");
         let text = error.to_string();
         assert!(matches!(error, LinkError::NotFound { .. }));
         assert!(
@@ -248,29 +251,29 @@ mod tests {
         );
         assert!(!text.contains("ttyS0"), "{text}");
         let text = name("usb:067b:2303")
-            .only(&[])
+            .find_in(&[])
             .expect_err("none")
             .to_string();
         assert!(text.contains("no serial port on USB"), "{text}");
     }
 
     #[test]
-    fn of_several_none_is_guessed() {
-        let error = name("usb:15d1:0000").only(&robot()).expect_err("two");
+    fn an_ambiguous_name_is_refused() {
+        let error = name("usb:15d1:0000").find_in(&robot()).expect_err("two");
         let text = error.to_string();
-        assert!(matches!(error, LinkError::Several { .. }));
+        assert!(matches!(error, LinkError::Ambiguous { .. }));
         assert!(
             text.contains("/dev/ttyACM0") && text.contains("/dev/ttyACM1"),
             "{text}"
         );
         assert!(matches!(
-            name("usb:0403:6001").only(&robot()),
-            Err(LinkError::Several { .. })
+            name("usb:0403:6001").find_in(&robot()),
+            Err(LinkError::Ambiguous { .. })
         ));
     }
 
     #[test]
-    fn what_is_no_name_is_refused() {
+    fn a_text_that_is_not_a_usb_name_is_refused() {
         for text in [
             "usb:",
             "usb:15d1",
@@ -293,8 +296,8 @@ mod tests {
     }
 
     #[test]
-    fn this_machine_tells_its_ports_in_order_and_without_pseudo_terminals() {
-        let here = candidates().expect("told");
+    fn ports_of_this_machine_are_listed_in_order_without_pseudo_terminals() {
+        let here = detect_ports().expect("listed");
         assert!(here.is_sorted_by(|a, b| a.path < b.path), "{here:?}");
         assert!(
             here.iter()
@@ -304,14 +307,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_device_goes_by_its_own_name(
+        fn a_device_matches_its_own_name(
             vendor: u16, product: u16, serial in proptest::option::of("[!-~]{1,12}")
         ) {
             let there = [on_usb("/dev/ttyUSB3", vendor, product, serial.as_deref())];
             let id = there[0].usb.as_ref().expect("usb").id();
             let written: UsbName = id.to_string().parse().expect("its own words");
             prop_assert_eq!(&written, &id);
-            prop_assert_eq!(written.only(&there).expect("it"), &there[0]);
+            prop_assert_eq!(written.find_in(&there).expect("it"), &there[0]);
         }
     }
 }

@@ -7,19 +7,18 @@ const ARCSEC_PER_DEG: f64 = 3600.0;
 /// One of the two axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Axis {
-    /// Turns about the vertical; positive usually to the left.
+    /// Rotates about the vertical; positive is usually to the left.
     Pan,
-    /// Turns about the lateral axis; positive usually up.
+    /// Rotates about the lateral axis; positive is usually up.
     Tilt,
 }
 
 impl Axis {
-    /// Both, in the order of the identity.
+    /// Both axes, pan first.
     pub const BOTH: [Self; 2] = [Self::Pan, Self::Tilt];
 
-    /// The letter that begins the axis's commands.
-    #[must_use]
-    pub const fn letter(self) -> char {
+    /// The letter that its commands begin with.
+    pub(crate) const fn letter(self) -> char {
         match self {
             Self::Pan => 'P',
             Self::Tilt => 'T',
@@ -27,17 +26,16 @@ impl Axis {
     }
 }
 
-/// Angle of one position count, kept as exactly as it can be known.
+/// Angle of one position count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepSize {
     radians: f64,
 }
 
 impl StepSize {
-    /// From the resolution as the unit prints it, seconds of arc. The print of a known gear (185.1428, 46.2857) stands for its exact
-    /// value, 0.9 deg over the gear (section 5); any other print is taken as it is. `None` unless positive and finite.
-    #[must_use]
-    pub fn from_print(arcsec: f64) -> Option<Self> {
+    /// From the resolution that the unit prints, arc seconds. That of a known gear (185.1428, 46.2857) stands for its exact value,
+    /// 0.9 deg over the gear ratio (ptu-d46 section 5); any other is taken as it is. `None` unless positive and finite.
+    pub(crate) fn from_print(arcsec: f64) -> Option<Self> {
         if !(arcsec.is_finite() && arcsec > 0.0) {
             return None;
         }
@@ -58,7 +56,7 @@ impl StepSize {
     }
 }
 
-/// Which way positive counts turn against the chosen frame (section 5: documents disagree, so it is a setting).
+/// Direction of counting (ptu-d46 section 5: documents disagree, so it is a setting).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sign {
     /// Counts and angle grow together.
@@ -79,14 +77,14 @@ impl Sign {
     }
 }
 
-/// Counts against radians for one axis: angle = sign * steps * step - offset (sweep geometry, section 2).
+/// Counts against radians for one axis: angle = sign * steps * step - offset (sweep-geometry section 2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisScale {
     /// Angle of one count.
     pub step: StepSize,
     /// Direction of counting.
     pub sign: Sign,
-    /// Mechanical zero, radians: the angle that the counts call 0 is `-offset_rad`.
+    /// Mechanical zero, radians: count 0 is at the angle `-offset_rad`.
     pub offset_rad: f64,
 }
 
@@ -97,28 +95,19 @@ impl AxisScale {
         self.radians_at(f64::from(steps))
     }
 
-    /// Angle at a fraction of a count (a fitted position), radians.
-    #[must_use]
-    pub fn radians_at(&self, steps: f64) -> f64 {
+    /// Angle at a fractional count (a fitted position), radians.
+    fn radians_at(&self, steps: f64) -> f64 {
         self.sign.factor() * steps * self.step.radians - self.offset_rad
     }
 
-    /// The nearest count of an angle: rounded, since cutting off is up to one count wrong (section 5). `None` if the angle is not
-    /// finite or beyond what a count can hold.
+    /// The nearest count to an angle; rounded, because truncation is up to one count off (ptu-d46 section 5). `None` if the angle is
+    /// not finite or out of range.
     #[must_use]
     pub fn steps(&self, radians: f64) -> Option<i32> {
         let steps = (self.sign.factor() * (radians + self.offset_rad) / self.step.radians).round();
         let holds =
             steps.is_finite() && steps >= f64::from(i32::MIN) && steps <= f64::from(i32::MAX);
         holds.then_some(steps as i32)
-    }
-
-    /// The nearest speed in counts per second of an angular rate, without its sign, at least 1; `None` as for
-    /// [`AxisScale::steps`].
-    #[must_use]
-    pub fn steps_per_s(&self, radians_per_s: f64) -> Option<i32> {
-        let steps = (radians_per_s.abs() / self.step.radians).round().max(1.0);
-        (radians_per_s.is_finite() && steps <= f64::from(i32::MAX)).then_some(steps as i32)
     }
 }
 
@@ -128,7 +117,7 @@ mod tests {
     use proptest::prelude::{Just, prop_assert, prop_assert_eq, prop_oneof, proptest};
 
     #[test]
-    fn known_prints_stand_for_their_exact_gear() {
+    fn a_known_resolution_stands_for_its_exact_gear() {
         let step = |print| {
             StepSize::from_print(print)
                 .expect("positive")
@@ -146,8 +135,8 @@ mod tests {
     }
 
     #[test]
-    fn the_documents_ranges_come_out() {
-        // Section 5: +-3090 is +-158.9 deg, -907..604 is -46.6..+31.1 deg.
+    fn ranges_of_the_document_in_degrees() {
+        // ptu-d46 section 5: +-3090 is +-158.9 deg, -907..604 is -46.6..+31.1 deg.
         let step = StepSize::from_print(185.1428).expect("positive");
         let scale = AxisScale {
             step,
@@ -158,14 +147,13 @@ mod tests {
             assert!((scale.radians(steps).to_degrees() - degrees).abs() < 0.05);
         }
         assert_eq!(scale.steps(5.0_f64.to_radians()), Some(97), "97.2 counts");
-        assert_eq!(scale.steps_per_s(5.0_f64.to_radians()), Some(97));
         assert_eq!(scale.steps(f64::INFINITY), None);
         assert_eq!(scale.steps(1e12), None);
     }
 
     proptest! {
         #[test]
-        fn counts_survive_the_way_through_radians(
+        fn counts_survive_conversion_to_radians_and_back(
             steps in -200_000i32..200_000,
             offset_rad in -0.5f64..0.5,
             sign in prop_oneof![Just(Sign::Positive), Just(Sign::Negative)],

@@ -1,13 +1,14 @@
-//! The commands this driver sends, and what each must be answered with.
+//! The commands that the driver sends, and the form of the reply that each expects.
 
-use crate::{Axis, HoldPower, MovePower};
+use std::time::Duration;
+
+use crate::Axis;
+use crate::constants::{CALIBRATION_TIMEOUT, REPLY_TIMEOUT};
 
 /// A numeric property of one axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Quantity {
+pub(crate) enum AxisProperty {
     Position,
-    Target,
-    SpeedNow,
     Resolution,
     MinPosition,
     MaxPosition,
@@ -18,12 +19,10 @@ pub(crate) enum Quantity {
     BaseSpeed,
 }
 
-impl Quantity {
+impl AxisProperty {
     const fn letter(self) -> &'static str {
         match self {
             Self::Position => "P",
-            Self::Target => "O",
-            Self::SpeedNow => "D",
             Self::Resolution => "R",
             Self::MinPosition => "N",
             Self::MaxPosition => "X",
@@ -36,114 +35,113 @@ impl Quantity {
     }
 }
 
-/// One command of section 6. All but the reset may be repeated without harm: targets and speeds are absolute.
+/// A command of ptu-d46 section 6. All but the reset may be repeated without harm: targets and speeds are absolute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Command {
+pub(crate) enum PtuCommand {
     EchoOff,
     Terse,
     Version,
     Halt,
-    HaltAxis(Axis),
-    Independent,
-    Immediate,
+    IndependentMode,
+    ImmediateMode,
     LimitsOn,
     EchoState,
     FeedbackState,
     ControlState,
     LimitState,
-    Query(Axis, Quantity),
+    Query(Axis, AxisProperty),
     SetSpeed(Axis, i32),
     MoveTo(Axis, i32),
-    HoldLow(Axis),
-    SetHold(Axis, HoldPower),
-    SetMove(Axis, MovePower),
-    HoldState(Axis),
-    MoveState(Axis),
+    SetHoldPowerLow(Axis),
+    HoldPower(Axis),
+    MovePower(Axis),
     Supply,
     Reset,
 }
 
-/// The form of a fitting reply.
+/// The form of a valid reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Expected {
+pub(crate) enum ExpectedReply {
     /// `*` alone.
-    Done,
-    /// `*`, perhaps with words, but no bare number: some units answer `CI` with the mode's name (section 12, second row).
-    DoneOrWords,
-    /// A whole number.
-    Whole,
-    /// A number with decimals.
+    Ack,
+    /// `*`, perhaps with a text, but no bare number: some units answer `CI` with the mode's name (ptu-d46 section 12, second row).
+    AckOrText,
+    Integer,
     Decimal,
-    /// A text with letters or numbers in it.
+    /// Any text but an empty one.
     Text,
-    /// A text that holds one of two words: the wanted one, or the other.
-    Either {
+    /// A text that contains one of two keywords.
+    Keyword {
         wanted: &'static str,
         other: &'static str,
     },
 }
 
-impl Command {
-    /// The letters and number, without the delimiter.
-    pub(crate) fn text(self) -> String {
+impl PtuCommand {
+    /// Letters and number, without the delimiter.
+    pub(crate) fn to_text(self) -> String {
         match self {
             Self::EchoOff => "ED".into(),
             Self::Terse => "FT".into(),
             Self::Version => "V".into(),
             Self::Halt => "H".into(),
-            Self::Independent => "CI".into(),
-            Self::Immediate => "I".into(),
+            Self::IndependentMode => "CI".into(),
+            Self::ImmediateMode => "I".into(),
             Self::LimitsOn => "LE".into(),
             Self::EchoState => "E".into(),
             Self::FeedbackState => "F".into(),
             Self::ControlState => "C".into(),
             Self::LimitState => "L".into(),
-            Self::Query(axis, quantity) => format!("{}{}", axis.letter(), quantity.letter()),
+            Self::Query(axis, property) => format!("{}{}", axis.letter(), property.letter()),
             Self::SetSpeed(axis, speed) => format!("{}S{speed}", axis.letter()),
             Self::MoveTo(axis, steps) => format!("{}P{steps}", axis.letter()),
-            Self::HaltAxis(axis) => format!("H{}", axis.letter()),
-            Self::HoldLow(axis) => format!("{}HL", axis.letter()),
-            Self::SetHold(axis, power) => format!("{}H{}", axis.letter(), power.letter()),
-            Self::SetMove(axis, power) => format!("{}M{}", axis.letter(), power.letter()),
-            Self::HoldState(axis) => format!("{}H", axis.letter()),
-            Self::MoveState(axis) => format!("{}M", axis.letter()),
+            Self::SetHoldPowerLow(axis) => format!("{}HL", axis.letter()),
+            Self::HoldPower(axis) => format!("{}H", axis.letter()),
+            Self::MovePower(axis) => format!("{}M", axis.letter()),
             Self::Supply => "O".into(),
             Self::Reset => "R".into(),
         }
     }
 
-    /// The bytes on the wire: a space ends a command and adds no line end to an echo (section 2).
-    pub(crate) fn wire(self) -> Vec<u8> {
-        let mut text = self.text();
+    /// The bytes on the wire. A space ends the command: unlike CR it adds no line end to an echo (ptu-d46 section 2).
+    pub(crate) fn to_bytes(self) -> Vec<u8> {
+        let mut text = self.to_text();
         text.push(' ');
         text.into_bytes()
     }
 
-    pub(crate) const fn expected(self) -> Expected {
+    pub(crate) const fn reply_timeout(self) -> Duration {
         match self {
-            Self::Query(_, Quantity::Resolution) => Expected::Decimal,
-            Self::Query(..) => Expected::Whole,
-            Self::Version | Self::Supply | Self::HoldState(_) | Self::MoveState(_) => {
-                Expected::Text
+            Self::Reset => CALIBRATION_TIMEOUT,
+            _ => REPLY_TIMEOUT,
+        }
+    }
+
+    pub(crate) const fn expected_reply(self) -> ExpectedReply {
+        match self {
+            Self::Query(_, AxisProperty::Resolution) => ExpectedReply::Decimal,
+            Self::Query(..) => ExpectedReply::Integer,
+            Self::Version | Self::Supply | Self::HoldPower(_) | Self::MovePower(_) => {
+                ExpectedReply::Text
             }
-            Self::Independent => Expected::DoneOrWords,
-            Self::EchoState => Expected::Either {
+            Self::IndependentMode => ExpectedReply::AckOrText,
+            Self::EchoState => ExpectedReply::Keyword {
                 wanted: "off",
                 other: "on",
             },
-            Self::FeedbackState => Expected::Either {
+            Self::FeedbackState => ExpectedReply::Keyword {
                 wanted: "terse",
                 other: "verbose",
             },
-            Self::ControlState => Expected::Either {
+            Self::ControlState => ExpectedReply::Keyword {
                 wanted: "independent",
                 other: "pure",
             },
-            Self::LimitState => Expected::Either {
+            Self::LimitState => ExpectedReply::Keyword {
                 wanted: "enabled",
                 other: "disabled",
             },
-            _ => Expected::Done,
+            _ => ExpectedReply::Ack,
         }
     }
 }
@@ -153,26 +151,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_wire_has_letters_number_space() {
+    fn a_command_is_letters_number_space() {
         assert_eq!(
-            Command::Query(Axis::Tilt, Quantity::Position).wire(),
+            PtuCommand::Query(Axis::Tilt, AxisProperty::Position).to_bytes(),
             b"TP "
         );
-        assert_eq!(Command::MoveTo(Axis::Pan, -2500).wire(), b"PP-2500 ");
-        assert_eq!(Command::SetSpeed(Axis::Tilt, 97).wire(), b"TS97 ");
+        assert_eq!(PtuCommand::MoveTo(Axis::Pan, -2500).to_bytes(), b"PP-2500 ");
+        assert_eq!(PtuCommand::SetSpeed(Axis::Tilt, 97).to_bytes(), b"TS97 ");
         assert_eq!(
-            Command::Query(Axis::Pan, Quantity::MaxPosition).wire(),
+            PtuCommand::Query(Axis::Pan, AxisProperty::MaxPosition).to_bytes(),
             b"PX "
         );
-        assert_eq!(Command::HoldLow(Axis::Tilt).wire(), b"THL ");
-        assert_eq!(Command::SetHold(Axis::Pan, HoldPower::Off).wire(), b"PHO ");
-        assert_eq!(
-            Command::SetMove(Axis::Tilt, MovePower::High).wire(),
-            b"TMH "
-        );
-        assert_eq!(Command::HaltAxis(Axis::Tilt).wire(), b"HT ");
-        assert_eq!(Command::MoveState(Axis::Pan).wire(), b"PM ");
-        assert_eq!(Command::Query(Axis::Pan, Quantity::SpeedNow).wire(), b"PD ");
-        assert_eq!(Command::Query(Axis::Tilt, Quantity::Target).wire(), b"TO ");
+        assert_eq!(PtuCommand::SetHoldPowerLow(Axis::Tilt).to_bytes(), b"THL ");
+        assert_eq!(PtuCommand::MovePower(Axis::Pan).to_bytes(), b"PM ");
     }
 }

@@ -1,58 +1,61 @@
-//! From silence to a unit whose settings are known (section 11, steps 1 to 3).
+//! Connecting: from silence to a unit whose settings and identity are known (ptu-d46 section 11, steps 1 to 3).
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
-use crate::action::{Action, Event, HeadError};
-use crate::command::{Command, Quantity};
-use crate::constants::{CALIBRATION_QUIET, CALIBRATION_TIMEOUT, PREAMBLE_TIMEOUT, SETTLE, TRIES};
-use crate::head::{Head, Phase, Script};
-use crate::identity::Draft;
-use crate::line::{Line, Notice};
-use crate::reply::{self, Outcome};
-use crate::{Axis, Instant};
+use crate::Axis;
+use crate::action::{PtuAction, PtuEvent};
+use crate::command::{AxisProperty, PtuCommand};
+use crate::constants::{
+    CALIBRATION_POLL_AFTER, CALIBRATION_TIMEOUT, MAX_TRIES, PREAMBLE_TIMEOUT, SETTLE_TIME,
+};
+use crate::driver::{DialoguePhase, PtuDriver, ScriptKind};
+use crate::error::HeadError;
+use crate::identity::IdentityDraft;
+use crate::line::{Notice, ReplyLine};
+use crate::reply::{self, ReplyOutcome};
 
-/// Ends a half-typed command left by somebody else, and a running monitor (sections 2 and 8).
-const SPACES: &[u8] = b"   ";
+/// Terminates a half-typed command of another program, and a running monitor (ptu-d46 sections 2 and 8).
+const FLUSH_SPACES: &[u8] = b"   ";
 
-/// Takes a network id away from every unit on the line (section 11, step 1).
-const RESCUE: &[u8] = b" _0 U0 ";
+/// Clears the network id of every unit on the line (ptu-d46 section 11, step 1).
+const NETWORK_RESCUE: &[u8] = b" _0 U0 ";
 
-/// Halts first: a unit found in velocity mode or with held-back targets must not start when the mode changes (section 6).
-const SETTINGS: [Command; 8] = [
-    Command::Halt,
-    Command::Independent,
-    Command::Immediate,
-    Command::LimitsOn,
-    Command::EchoState,
-    Command::FeedbackState,
-    Command::ControlState,
-    Command::LimitState,
+/// Halts first: a unit in velocity mode or with held-back targets must not start moving when the mode changes (ptu-d46 section 6).
+const SETUP_COMMANDS: [PtuCommand; 8] = [
+    PtuCommand::Halt,
+    PtuCommand::IndependentMode,
+    PtuCommand::ImmediateMode,
+    PtuCommand::LimitsOn,
+    PtuCommand::EchoState,
+    PtuCommand::FeedbackState,
+    PtuCommand::ControlState,
+    PtuCommand::LimitState,
 ];
 
-/// Read of both axes, in this order.
-const PROPERTIES: [Quantity; 8] = [
-    Quantity::Resolution,
-    Quantity::MinPosition,
-    Quantity::MaxPosition,
-    Quantity::SpeedMin,
-    Quantity::SpeedMax,
-    Quantity::Speed,
-    Quantity::Acceleration,
-    Quantity::BaseSpeed,
+const IDENTITY_PROPERTIES: [AxisProperty; 8] = [
+    AxisProperty::Resolution,
+    AxisProperty::MinPosition,
+    AxisProperty::MaxPosition,
+    AxisProperty::SpeedMin,
+    AxisProperty::SpeedMax,
+    AxisProperty::Speed,
+    AxisProperty::Acceleration,
+    AxisProperty::BaseSpeed,
 ];
 
-fn setup_script() -> VecDeque<Command> {
-    let both = |quantity| Axis::BOTH.map(|axis| Command::Query(axis, quantity));
-    SETTINGS
+fn setup_script() -> VecDeque<PtuCommand> {
+    let both = |property| Axis::BOTH.map(|axis| PtuCommand::Query(axis, property));
+    SETUP_COMMANDS
         .into_iter()
-        .chain(PROPERTIES.into_iter().flat_map(both))
-        .chain(Axis::BOTH.map(Command::HoldState))
-        .chain(Axis::BOTH.map(Command::MoveState))
-        .chain([Command::Supply])
+        .chain(IDENTITY_PROPERTIES.into_iter().flat_map(both))
+        .chain(Axis::BOTH.map(PtuCommand::HoldPower))
+        .chain(Axis::BOTH.map(PtuCommand::MovePower))
+        .chain([PtuCommand::Supply])
         .collect()
 }
 
-/// Whether a line belongs to the power-up text (section 7).
+/// Whether a line belongs to the power-up text (ptu-d46 section 7).
 pub(crate) fn is_banner(line: &[u8]) -> bool {
     line.starts_with(b"###")
         || line
@@ -60,83 +63,90 @@ pub(crate) fn is_banner(line: &[u8]) -> bool {
             .any(|w| w.eq_ignore_ascii_case(b"Initializing"))
 }
 
-impl Head {
-    /// Forgets everything and begins with the first try.
-    pub(crate) fn restart_connection(&mut self, now: Instant) {
-        self.connect_tries = 0;
+impl PtuDriver {
+    /// Drops all state and makes the first attempt.
+    pub(crate) fn restart_connection(&mut self, now: Duration) {
+        self.connect_attempts = 0;
         self.calibration_seen = false;
         self.calibration_end = None;
         self.bytes_heard = 0;
         self.position_trusted = false;
-        self.identity = None;
         self.begin_attempt(now);
     }
 
-    fn begin_attempt(&mut self, now: Instant) {
-        self.forget_dialogue();
-        self.draft = Draft::default();
-        let spaces = Action::Send(SPACES.to_vec());
+    fn begin_attempt(&mut self, now: Duration) {
+        self.clear_dialogue();
+        self.draft = IdentityDraft::default();
+        let spaces = PtuAction::Send(FLUSH_SPACES.to_vec());
         if self.actions.back() != Some(&spaces) {
             self.actions.push_back(spaces);
         }
         let until = now
-            .saturating_add(self.wire_time(SPACES.len()))
-            .saturating_add(SETTLE);
-        self.phase = Phase::Settling { until };
+            .saturating_add(self.wire_time(FLUSH_SPACES.len()))
+            .saturating_add(SETTLE_TIME);
+        self.phase = DialoguePhase::Settling { until };
     }
 
-    pub(crate) fn settled(&mut self, now: Instant) {
+    pub(crate) fn begin_preamble(&mut self, now: Duration) {
         self.lines.clear();
-        self.phase = Phase::Preamble;
-        self.send(Command::EchoOff, 1, PREAMBLE_TIMEOUT, now);
+        self.phase = DialoguePhase::Preamble;
+        self.send(PtuCommand::EchoOff, 1, PREAMBLE_TIMEOUT, now);
     }
 
-    /// A notice before the unit is known.
-    pub(crate) fn notice_at_connecting(&mut self, notice: Notice, now: Instant) {
+    /// A notice before the unit is identified.
+    pub(crate) fn handle_connecting_notice(&mut self, notice: Notice, now: Duration) {
         match notice {
             Notice::Limit(_) => self.wait_for_calibration(now),
-            Notice::Cable => self.emit(Event::CableLost),
+            Notice::Cable => self.emit(PtuEvent::CableLost),
             Notice::Trigger => {}
         }
     }
 
-    /// A line before the unit is known.
-    pub(crate) fn line_at_connecting(&mut self, line: &Line, now: Instant) {
+    /// A line before the unit is identified.
+    pub(crate) fn handle_connecting_line(&mut self, line: &ReplyLine, now: Duration) {
         let outcome = reply::parse(&line.bytes).outcome;
         if is_banner(&line.bytes) {
             // The last line of the banner ends with the `*` of the calibration.
             match outcome {
-                Outcome::Success(_) => self.calibration_ended(true, now),
+                ReplyOutcome::Success(_) => self.calibration_ended(true, now),
                 _ => self.wait_for_calibration(now),
             }
             return;
         }
         match (self.phase, outcome) {
-            (Phase::Calibrating { .. }, Outcome::Success(_)) => self.calibration_ended(true, now),
-            (Phase::Calibrating { .. }, Outcome::Refusal(_)) => self.calibration_ended(false, now),
-            (Phase::Preamble, Outcome::Success(text)) => self.preamble_reply(text, now),
-            (Phase::Preamble, Outcome::Refusal(_)) => self.preamble_reply("", now),
+            (DialoguePhase::Calibrating { .. }, ReplyOutcome::Success(_)) => {
+                self.calibration_ended(true, now)
+            }
+            (DialoguePhase::Calibrating { .. }, ReplyOutcome::Refusal(_)) => {
+                self.calibration_ended(false, now)
+            }
+            (DialoguePhase::Preamble, ReplyOutcome::Success(text)) => {
+                self.handle_preamble_reply(text, now)
+            }
+            (DialoguePhase::Preamble, ReplyOutcome::Refusal(_)) => {
+                self.handle_preamble_reply("", now)
+            }
             _ => {}
         }
     }
 
-    fn wait_for_calibration(&mut self, now: Instant) {
+    fn wait_for_calibration(&mut self, now: Duration) {
         self.in_flight = None;
         self.calibration_end
             .get_or_insert(now.saturating_add(CALIBRATION_TIMEOUT));
-        self.phase = Phase::Calibrating {
-            quiet_until: now.saturating_add(CALIBRATION_QUIET),
+        self.phase = DialoguePhase::Calibrating {
+            quiet_until: now.saturating_add(CALIBRATION_POLL_AFTER),
         };
     }
 
-    fn calibration_ended(&mut self, well: bool, now: Instant) {
-        self.calibration_seen = well;
+    fn calibration_ended(&mut self, succeeded: bool, now: Duration) {
+        self.calibration_seen = succeeded;
         self.calibration_end = None;
         self.begin_attempt(now);
     }
 
-    /// Quiet for long: perhaps its end was lost, or it was no calibration. Asking shows. At the end of all patience: give up.
-    pub(crate) fn calibration_timed_out(&mut self, now: Instant) {
+    /// After a long silence the end of the calibration may have been lost, or there was none: asks again. Gives up at the time limit.
+    pub(crate) fn calibration_timed_out(&mut self, now: Duration) {
         if self.calibration_end.is_some_and(|end| now >= end) {
             return self.go_offline(HeadError::CalibrationTimedOut {
                 waited_s: CALIBRATION_TIMEOUT.as_secs(),
@@ -145,33 +155,32 @@ impl Head {
         self.begin_attempt(now);
     }
 
-    /// `ED` and `FT` are done with any answer; the answer to `V` must be a text, and what is not is a late answer to the others.
-    fn preamble_reply(&mut self, text: &str, now: Instant) {
+    /// Any reply will do for `ED` and `FT`; the reply to `V` must be a text, anything else is a late reply to the other two.
+    fn handle_preamble_reply(&mut self, text: &str, now: Duration) {
         match self.in_flight.map(|f| f.command) {
-            Some(Command::EchoOff) => self.send(Command::Terse, 1, PREAMBLE_TIMEOUT, now),
-            Some(Command::Terse) => self.send(
-                Command::Version,
+            Some(PtuCommand::EchoOff) => self.send(PtuCommand::Terse, 1, PREAMBLE_TIMEOUT, now),
+            Some(PtuCommand::Terse) => self.send(
+                PtuCommand::Version,
                 1,
-                self.reply_timeout(Command::Version),
+                PtuCommand::Version.reply_timeout(),
                 now,
             ),
-            Some(Command::Version) if is_version(text) => {
+            Some(PtuCommand::Version) if is_version(text) => {
                 self.draft.version = text.to_owned();
                 self.calibration_end = None;
                 self.in_flight = None;
-                self.phase = Phase::Running;
-                self.script = Some((Script::Setup, setup_script()));
+                self.phase = DialoguePhase::Running;
+                self.script = Some((ScriptKind::Setup, setup_script()));
                 self.start_next(now);
             }
             _ => {}
         }
     }
 
-    pub(crate) fn preamble_timed_out(&mut self, now: Instant) {
+    pub(crate) fn preamble_timed_out(&mut self, now: Duration) {
         match self.in_flight.map(|f| f.command) {
-            Some(Command::EchoOff | Command::Terse) => self.preamble_reply("", now),
+            Some(PtuCommand::EchoOff | PtuCommand::Terse) => self.handle_preamble_reply("", now),
             _ => {
-                self.counters.timeouts += 1;
                 self.attempt_failed(
                     HeadError::Silent {
                         bytes_heard: self.bytes_heard,
@@ -182,37 +191,37 @@ impl Head {
         }
     }
 
-    /// Tries again, or gives up with `fault`.
-    pub(crate) fn attempt_failed(&mut self, fault: HeadError, now: Instant) {
+    /// Makes another attempt, or gives up with `fault`.
+    pub(crate) fn attempt_failed(&mut self, fault: HeadError, now: Duration) {
         if self.calibration_end.is_some() {
-            // A unit that calibrates answers nothing; it was heard doing so.
+            // A calibrating unit answers nothing, and this one was seen calibrating.
             return self.wait_for_calibration(now);
         }
-        self.connect_tries += 1;
-        if self.connect_tries < TRIES {
+        self.connect_attempts += 1;
+        if self.connect_attempts < MAX_TRIES {
             self.begin_attempt(now);
-        } else if self.options.network_rescue && !self.rescued {
-            self.rescued = true;
-            self.actions.push_back(Action::Send(RESCUE.to_vec()));
+        } else if self.options.network_rescue && !self.network_rescue_sent {
+            self.network_rescue_sent = true;
+            self.actions
+                .push_back(PtuAction::Send(NETWORK_RESCUE.to_vec()));
             self.begin_attempt(now);
         } else {
             self.go_offline(fault);
         }
     }
 
-    /// All settings are made and everything is read.
-    pub(crate) fn setup_done(&mut self, now: Instant) {
+    /// All settings are made and the identity is read.
+    pub(crate) fn finish_setup(&mut self, now: Duration) {
         let Some(identity) = self.draft.finish(self.calibration_seen) else {
-            let text = "limits that leave no range, or a resolution that is none".to_owned();
+            let text = "limits without a range between them, or no valid resolution".to_owned();
             return self.go_offline(HeadError::SetupRefused {
                 command: "PN PX TN TX PR TR".to_owned(),
                 text,
             });
         };
         self.position_trusted = self.calibration_seen;
-        self.connect_tries = 0;
-        self.identity = Some(identity.clone());
-        self.emit(Event::Connected(Box::new(identity)));
+        self.connect_attempts = 0;
+        self.emit(PtuEvent::Connected(Box::new(identity)));
         self.start_next(now);
     }
 }

@@ -1,26 +1,26 @@
-//! Dialogues of connecting, fed byte by byte.
+//! Dialogues while connecting, fed byte by byte.
 
 use std::time::Duration;
 
-use crate::bench::{Bench, Replies};
-use crate::{Axis, AxisLimits, Event, Head, HeadError, HeadOptions, RequestError};
+use crate::test_rig::{PtuTestRig, ScriptedReplies};
+use crate::{Axis, AxisLimits, HeadError, PtuDriver, PtuEvent, PtuOptions, RequestError};
 
 #[test]
 fn connects_from_every_state_and_line_end() {
     for (echo, verbose) in [(false, false), (false, true), (true, false), (true, true)] {
         for line_end in ["\r\n", "\r", "\n"] {
-            let mut bench = Bench::new();
-            let mut replies = Replies {
+            let mut rig = PtuTestRig::new();
+            let mut replies = ScriptedReplies {
                 echo,
                 verbose,
                 line_end,
-                instead: Vec::new(),
+                overrides: Vec::new(),
             };
-            let seen = bench.connect_with(&mut replies);
+            let seen = rig.connect_with(&mut replies);
             assert_eq!(seen[..7], ["ED", "FT", "V", "H", "CI", "I", "LE"]);
             assert_eq!(seen.last().map(String::as_str), Some("O"));
-            let [Event::Connected(identity)] = &bench.events[..] else {
-                panic!("{:?}", bench.events)
+            let [PtuEvent::Connected(identity)] = &rig.events[..] else {
+                panic!("{:?}", rig.events)
             };
             assert!(identity.version.contains("v2.12.1d1"));
             assert_eq!(
@@ -52,59 +52,58 @@ fn connects_from_every_state_and_line_end() {
                     .as_ref()
                     .is_some_and(|h| (h.supply_volts - 30.0).abs() < 1e-9)
             );
-            assert!(!identity.calibration_seen && !bench.head.position_trusted());
-            assert_eq!(bench.head.counters(), crate::Counters::default());
+            assert!(!identity.calibration_seen && !rig.driver.position_trusted());
         }
     }
 }
 
 #[test]
-fn the_recorded_echoes_of_switching_echo_off_are_taken() {
-    // Section 2: `ED *\r\n*\r\n` on a unit that echoes, the reply of `ED` split from that of `FT`.
-    let mut bench = Bench::new();
-    bench.head.connect(bench.now);
-    assert_eq!(bench.next_send(), "   ");
-    bench.feed(b"   ");
-    assert_eq!(bench.next_send(), "ED ");
-    bench.feed(b"ED *\r\n");
-    assert_eq!(bench.next_send(), "FT ");
-    bench.feed(b"*\r\n");
-    assert_eq!(bench.next_send(), "V ");
+fn recorded_echoes_while_echo_is_switched_off_are_accepted() {
+    // ptu-d46 section 2: `ED *\r\n*\r\n` on a unit that echoes, the reply of `ED` split from that of `FT`.
+    let mut rig = PtuTestRig::new();
+    rig.driver.connect(rig.now);
+    assert_eq!(rig.next_send(), "   ");
+    rig.feed(b"   ");
+    assert_eq!(rig.next_send(), "ED ");
+    rig.feed(b"ED *\r\n");
+    assert_eq!(rig.next_send(), "FT ");
+    rig.feed(b"*\r\n");
+    assert_eq!(rig.next_send(), "V ");
 }
 
 #[test]
-fn a_deaf_or_silent_line_is_said_to_be_so() {
-    let mut bench = Bench::new();
-    bench.head.connect(bench.now);
-    while bench.head.deadline().is_some() {
-        bench.sends();
-        bench.feed(&[0xff, 0x80, 0x00]);
-        bench.pass_deadline();
+fn a_line_without_valid_replies_is_reported_as_silent() {
+    let mut rig = PtuTestRig::new();
+    rig.driver.connect(rig.now);
+    while rig.driver.deadline().is_some() {
+        rig.take_sent();
+        rig.feed(&[0xff, 0x80, 0x00]);
+        rig.pass_deadline();
     }
-    bench.sends();
-    let [Event::Fault(HeadError::Silent { bytes_heard })] = bench.events[..] else {
-        panic!("{:?}", bench.events)
+    rig.take_sent();
+    let [PtuEvent::Fault(HeadError::Silent { bytes_heard })] = rig.events[..] else {
+        panic!("{:?}", rig.events)
     };
     assert!(bytes_heard > 10);
-    assert!(!bench.head.is_connected());
+    assert!(!rig.driver.is_connected());
     assert_eq!(
-        bench.head.move_to(Axis::Pan, 0, bench.now),
+        rig.driver.move_to(Axis::Pan, 0, rig.now),
         Err(RequestError::NotConnected)
     );
 }
 
 #[test]
-fn the_network_rescue_comes_last_and_only_if_asked_for() {
-    let mut bench = Bench::new();
-    bench.head = Head::new(HeadOptions {
+fn the_network_rescue_comes_last_and_only_if_enabled() {
+    let mut rig = PtuTestRig::new();
+    rig.driver = PtuDriver::new(PtuOptions {
         network_rescue: true,
-        ..HeadOptions::default()
+        ..PtuOptions::default()
     });
-    bench.head.connect(bench.now);
+    rig.driver.connect(rig.now);
     let mut sent = Vec::new();
-    while bench.head.deadline().is_some() {
-        sent.extend(bench.sends());
-        bench.pass_deadline();
+    while rig.driver.deadline().is_some() {
+        sent.extend(rig.take_sent());
+        rig.pass_deadline();
     }
     assert_eq!(sent.iter().filter(|s| *s == " _0 U0 ").count(), 1);
     assert_eq!(sent.iter().filter(|s| *s == "V ").count(), 4);
@@ -112,66 +111,66 @@ fn the_network_rescue_comes_last_and_only_if_asked_for() {
 
 #[test]
 fn a_power_up_banner_is_waited_for() {
-    let (mut bench, mut replies) = (Bench::new(), Replies::default());
-    bench.head.connect(bench.now);
-    bench.sends();
-    bench.feed(b"\r\n\r\n### PAN-TILT CONTROLLER\r\n### v2.12.1, (C)2003 Directed Perception, All Rights Reserved\r\nInitializing...!T!T");
-    bench.now += Duration::from_secs(12);
-    bench.head.handle_deadline(bench.now);
+    let (mut rig, mut replies) = (PtuTestRig::new(), ScriptedReplies::default());
+    rig.driver.connect(rig.now);
+    rig.take_sent();
+    rig.feed(b"\r\n\r\n### PAN-TILT CONTROLLER\r\n### v2.12.1, (C)2003 Directed Perception, All Rights Reserved\r\nInitializing...!T!T");
+    rig.now += Duration::from_secs(12);
+    rig.driver.handle_deadline(rig.now);
     assert!(
-        bench.sends().is_empty(),
+        rig.take_sent().is_empty(),
         "nothing is sent into a calibration"
     );
-    bench.feed(b"!P!P*\r\n");
-    let seen = bench.go_on(&mut replies);
+    rig.feed(b"!P!P*\r\n");
+    let seen = rig.answer_all(&mut replies);
     assert_eq!(seen[0], "ED");
-    let [Event::Connected(identity)] = &bench.events[..] else {
-        panic!("{:?}", bench.events)
+    let [PtuEvent::Connected(identity)] = &rig.events[..] else {
+        panic!("{:?}", rig.events)
     };
-    assert!(identity.calibration_seen && bench.head.position_trusted());
+    assert!(identity.calibration_seen && rig.driver.position_trusted());
 }
 
 #[test]
 fn a_calibration_that_never_ends_is_a_fault() {
-    let mut bench = Bench::new();
-    bench.head.connect(bench.now);
-    let began = bench.now;
-    while bench.head.deadline().is_some() {
-        bench.sends();
-        bench.feed(b"!T");
-        bench.pass_deadline();
+    let mut rig = PtuTestRig::new();
+    rig.driver.connect(rig.now);
+    let began = rig.now;
+    while rig.driver.deadline().is_some() {
+        rig.take_sent();
+        rig.feed(b"!T");
+        rig.pass_deadline();
     }
-    bench.sends();
+    rig.take_sent();
     assert_eq!(
-        bench.events.last(),
-        Some(&Event::Fault(HeadError::CalibrationTimedOut {
+        rig.events.last(),
+        Some(&PtuEvent::Fault(HeadError::CalibrationTimedOut {
             waited_s: 60
         }))
     );
-    assert!(bench.now - began < Duration::from_secs(70));
+    assert!(rig.now - began < Duration::from_secs(70));
 }
 
 #[test]
-fn units_that_answer_otherwise_are_taken() {
-    // Section 12, second row, the capital letter of later models, and a unit that does not tell its supply.
-    let (mut bench, mut replies) = (Bench::new(), Replies::default());
-    replies.instead = vec![
+fn replies_of_other_firmware_are_accepted() {
+    // ptu-d46 section 12, second row; the capital letter of later models; a unit that does not report its supply.
+    let (mut rig, mut replies) = (PtuTestRig::new(), ScriptedReplies::default());
+    replies.overrides = vec![
         ("CI", "* independent (default) speed control mode"),
         ("C", "* Independent speed control mode"),
         ("O", "! Illegal command"),
         ("PR", "* 185.1428 seconds arc per Pan position"),
         ("TR", "* 46.2857"),
     ];
-    bench.connect_with(&mut replies);
-    let [Event::Connected(identity)] = &bench.events[..] else {
-        panic!("{:?}", bench.events)
+    rig.connect_with(&mut replies);
+    let [PtuEvent::Connected(identity)] = &rig.events[..] else {
+        panic!("{:?}", rig.events)
     };
     assert!(identity.health.is_none());
     assert!((identity.tilt.step.radians().to_degrees() - 0.9 / 70.0).abs() < 1e-15);
 }
 
 #[test]
-fn a_setting_that_is_not_taken_is_a_fault_after_three_tries() {
+fn a_setting_that_is_not_accepted_is_a_fault_after_three_tries() {
     for (query, reply, wanted) in [
         (
             "L",
@@ -181,33 +180,33 @@ fn a_setting_that_is_not_taken_is_a_fault_after_three_tries() {
         ("E", "* Echoing ON", "off"),
         ("C", "* Pure Velocity speed control mode", "independent"),
     ] {
-        let (mut bench, mut replies) = (Bench::new(), Replies::default());
-        replies.instead = vec![(query, reply)];
-        let seen = bench.connect_with(&mut replies);
+        let (mut rig, mut replies) = (PtuTestRig::new(), ScriptedReplies::default());
+        replies.overrides = vec![(query, reply)];
+        let seen = rig.connect_with(&mut replies);
         assert_eq!(seen.iter().filter(|c| *c == "V").count(), 3);
         let fault = HeadError::SettingNotTaken {
             command: query.into(),
             expected: wanted.into(),
             got: reply.trim_start_matches("* ").into(),
         };
-        assert_eq!(bench.events, [Event::Fault(fault)]);
+        assert_eq!(rig.events, [PtuEvent::Fault(fault)]);
     }
 }
 
 #[test]
 fn a_refused_or_impossible_property_is_a_fault() {
     for (query, reply) in [("PN", "! Axis Error"), ("TX", "* -907"), ("PR", "* 0")] {
-        let (mut bench, mut replies) = (Bench::new(), Replies::default());
-        replies.instead = vec![(query, reply)];
-        bench.connect_with(&mut replies);
+        let (mut rig, mut replies) = (PtuTestRig::new(), ScriptedReplies::default());
+        replies.overrides = vec![(query, reply)];
+        rig.connect_with(&mut replies);
         assert!(
             matches!(
-                bench.events[..],
-                [Event::Fault(HeadError::SetupRefused { .. })]
+                rig.events[..],
+                [PtuEvent::Fault(HeadError::SetupRefused { .. })]
             ),
             "{:?}",
-            bench.events
+            rig.events
         );
-        assert!(!bench.head.is_connected());
+        assert!(!rig.driver.is_connected());
     }
 }

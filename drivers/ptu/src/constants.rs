@@ -1,58 +1,59 @@
-//! Every figure that decides something in the dialogue, with its origin.
+//! Constants of the driver, with their sources. "Own choice" marks those that have none.
 
 use std::time::Duration;
 
-/// Baud rates the unit knows (section 1), in the order in which a search should try them: the power-up rate first.
+/// Baud rates of the unit (ptu-d46 section 1), in the order in which a search should try them: the power-up rate first.
 pub const BAUD_RATES: [u32; 9] = [9600, 38400, 19200, 115_200, 57600, 4800, 2400, 1200, 600];
 
 /// Bits on the wire per byte at 8N1: start, eight, stop.
 pub(crate) const BITS_PER_BYTE: u32 = 10;
 
-/// Quiet time after the three spaces that end a half-typed command (section 11, step 1).
-pub(crate) const SETTLE: Duration = Duration::from_millis(250);
+/// Wait after the three spaces that end a half-typed command (ptu-d46 section 11, step 1).
+pub(crate) const SETTLE_TIME: Duration = Duration::from_millis(250);
 
-/// Wait for each of `ED` and `FT` at connecting (section 11, step 1).
+/// Wait for each of `ED` and `FT` at connecting (ptu-d46 section 11, step 1).
 pub(crate) const PREAMBLE_TIMEOUT: Duration = Duration::from_millis(300);
 
-/// Least wait for a reply: slow hosts and USB adapters need it (section 12, last row).
-pub(crate) const REPLY_TIMEOUT_MIN: Duration = Duration::from_millis(500);
+/// Wait for a reply: slow hosts and USB adapters need it (ptu-d46 section 12, last row).
+pub(crate) const REPLY_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// Longest calibration waited for (section 7: others use 15 to 60 s).
+/// Time limit of a calibration (ptu-d46 section 7: others use 15 to 60 s).
 pub(crate) const CALIBRATION_TIMEOUT: Duration = Duration::from_secs(60);
 
-/// Silence in a calibration after which the unit is asked again (section 7: others give one axis 15 s).
-pub(crate) const CALIBRATION_QUIET: Duration = Duration::from_secs(20);
+/// Silence during a calibration after which the unit is asked again (ptu-d46 section 7: others give one axis 15 s).
+pub(crate) const CALIBRATION_POLL_AFTER: Duration = Duration::from_secs(20);
 
-/// Times a connection is tried, and times a command is sent, before it is called failed. Own choice: one lost byte and one late
-/// line in the same exchange are still survived.
-pub(crate) const TRIES: u32 = 3;
+/// Attempts to connect, and times a command is sent, before it counts as failed. Own choice: survives one lost byte and one late
+/// line in the same exchange.
+pub(crate) const MAX_TRIES: u32 = 3;
 
-/// Drain before and after the space of a resynchronisation, the silence that ends a drain early enough, and its hard end. Own
+/// Drain before and after the space of a resynchronisation; each byte extends it by the quiet time, up to the maximum. Own
 /// choice: 100 ms is a hundred bytes at 9600 baud, longer than any reply.
-pub(crate) const DRAIN: Duration = Duration::from_millis(100);
-pub(crate) const DRAIN_QUIET: Duration = Duration::from_millis(50);
-pub(crate) const DRAIN_LIMIT: Duration = Duration::from_secs(1);
+pub(crate) const DRAIN_TIME: Duration = Duration::from_millis(100);
+pub(crate) const QUIET_TIME: Duration = Duration::from_millis(50);
+pub(crate) const MAX_DRAIN_TIME: Duration = Duration::from_secs(1);
 
-/// Longest line kept, bytes. The longest of section 3 (the version text) has about 90.
-pub(crate) const LINE_MAX: usize = 256;
+/// Longest line kept, bytes. The longest reply of ptu-d46 section 3 (the version text) has about 90.
+pub(crate) const MAX_LINE_BYTES: usize = 256;
 
-/// Longest queue of waiting commands. Own choice: more waiting commands than that would be minutes old when sent.
-pub(crate) const QUEUE_MAX: usize = 32;
+/// Own choice: with more commands waiting, the last would be minutes old when sent.
+pub(crate) const MAX_QUEUED_COMMANDS: usize = 32;
 
-/// No change of position for so long away from the target is a stall (section 11, step 6).
+/// An axis away from its target is stalled after this time without a change of position (ptu-d46 section 11, step 6).
 pub(crate) const STALL_AFTER: Duration = Duration::from_secs(1);
 
-/// Margin over the closed-form travel time (section 11, step 6).
+/// Margin over the closed-form travel time (ptu-d46 section 11, step 6).
 pub(crate) const OVERDUE_MARGIN: Duration = Duration::from_secs(1);
 
-/// Equal polls at the target that confirm an arrival (section 11, step 6): a reversing axis passes its target once.
+/// Equal polls at the target that confirm an arrival (ptu-d46 section 11, step 6): a reversing axis passes its target once.
 pub(crate) const ARRIVAL_POLLS: u32 = 3;
 
-/// One half-step of the motor, degrees (section 5).
+/// Half step of the motor, degrees (ptu-d46 section 5).
 pub(crate) const HALF_STEP_DEG: f64 = 0.9;
 
-/// Motor half-steps times gear for which the exact step is known: 17.5:1 and 70:1 in half, quarter and eighth steps (section 5).
+/// Gear ratio times steps per half step, where the exact step is known: 17.5:1 and 70:1 in half, quarter and eighth steps
+/// (ptu-d46 section 5).
 pub(crate) const KNOWN_RATIOS: [f64; 5] = [17.5, 35.0, 70.0, 140.0, 280.0];
 
-/// Resolution is printed with four decimals, cut or rounded (section 5): seconds of arc.
+/// The resolution is printed with four decimals, cut off or rounded (ptu-d46 section 5); arc seconds.
 pub(crate) const RESOLUTION_PRINT_ERROR_ARCSEC: f64 = 1.0e-4;

@@ -1,13 +1,13 @@
-//! Random bytes, floods and splits: no panic, no growth without bound.
+//! Random bytes, floods and splits: no panic, bounded memory.
 
 use std::time::Duration;
 
-use crate::{Action, Axis, Head, HeadOptions, Instant};
+use crate::{Axis, PtuAction, PtuDriver, PtuOptions};
 
-/// SplitMix64: seeded, small, good enough to scatter bytes.
-struct Dice(u64);
+/// A seeded random number generator.
+struct NoiseRng(u64);
 
-impl Dice {
+impl NoiseRng {
     fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -21,7 +21,7 @@ impl Dice {
     }
 }
 
-/// Pieces of real replies, so that the dialogue gets deep before it breaks.
+/// Parts of real replies, so that the dialogue gets far before it breaks.
 const PIECES: [&[u8]; 20] = [
     b"*\r\n",
     b"* 22\r\n",
@@ -45,18 +45,18 @@ const PIECES: [&[u8]; 20] = [
     b"* 185.1428\r\n",
 ];
 
-fn ask(head: &mut Head, dice: &mut Dice, now: Instant) {
-    let value = dice.next() as i32;
-    let _ = match dice.below(60) {
-        0 => head.poll_position(Axis::Pan, now),
-        1 => head.move_to(Axis::Tilt, value, now),
-        2 => head.set_speed(Axis::Pan, value, now),
-        3 => head.halt(now),
-        4 => head.reset(now),
-        5 => head.query_health(now),
-        6 => head.hold_power_low(now),
+fn random_request(driver: &mut PtuDriver, random: &mut NoiseRng, now: Duration) {
+    let value = random.next() as i32;
+    let _ = match random.below(60) {
+        0 => driver.poll_position(Axis::Pan, now),
+        1 => driver.move_to(Axis::Tilt, value, now),
+        2 => driver.set_speed(Axis::Pan, value, now),
+        3 => driver.halt(now),
+        4 => driver.reset(now),
+        5 => driver.query_health(now),
+        6 => driver.hold_power_low(now),
         7 => {
-            head.connect(now);
+            driver.connect(now);
             Ok(())
         }
         _ => Ok(()),
@@ -64,35 +64,35 @@ fn ask(head: &mut Head, dice: &mut Dice, now: Instant) {
 }
 
 #[test]
-fn nothing_from_the_line_breaks_the_driver() {
+fn random_input_and_requests_never_break_the_driver() {
     for seed in 0..200 {
-        let mut dice = Dice(seed);
-        let mut head = Head::new(HeadOptions::default());
+        let mut random = NoiseRng(seed);
+        let mut driver = PtuDriver::new(PtuOptions::default());
         let mut now = Duration::ZERO;
-        head.connect(now);
+        driver.connect(now);
         for _ in 0..2000 {
-            let random: Vec<u8> = (0..dice.below(40)).map(|_| dice.next() as u8).collect();
-            let bytes = if dice.below(4) == 0 {
-                &random[..]
+            let noise: Vec<u8> = (0..random.below(40)).map(|_| random.next() as u8).collect();
+            let bytes = if random.below(4) == 0 {
+                &noise[..]
             } else {
-                PIECES[dice.below(PIECES.len())]
+                PIECES[random.below(PIECES.len())]
             };
-            head.handle_bytes(bytes, now);
-            ask(&mut head, &mut dice, now);
-            now += Duration::from_millis(dice.next() % 120);
-            head.handle_deadline(now);
+            driver.handle_bytes(bytes, now);
+            random_request(&mut driver, &mut random, now);
+            now += Duration::from_millis(random.next() % 120);
+            driver.handle_deadline(now);
             let mut count = 0;
-            while head.poll_action().is_some() {
+            while driver.poll_action().is_some() {
                 count += 1;
             }
             assert!(count < 100, "seed {seed}: {count} actions at once");
-            assert!(head.pending() < 100);
+            assert!(driver.pending() < 100);
         }
     }
 }
 
 #[test]
-fn a_flood_without_line_ends_or_with_nothing_else_stays_small() {
+fn a_flood_with_or_without_line_ends_stays_bounded() {
     let notices: Vec<u8> = b"!P!T!D#P".repeat(50_000);
     let banners: Vec<u8> = b"###\r*\r".repeat(50_000);
     for flood in [
@@ -103,15 +103,15 @@ fn a_flood_without_line_ends_or_with_nothing_else_stays_small() {
         banners,
         b"* 5\r\n".repeat(50_000),
     ] {
-        let mut head = Head::new(HeadOptions::default());
-        head.connect(Duration::ZERO);
+        let mut driver = PtuDriver::new(PtuOptions::default());
+        driver.connect(Duration::ZERO);
         for (index, piece) in flood.chunks(4096).enumerate() {
             let now = Duration::from_millis(index as u64 * 100);
-            head.handle_bytes(piece, now);
-            head.handle_deadline(now);
+            driver.handle_bytes(piece, now);
+            driver.handle_deadline(now);
         }
-        // Nobody took the actions meanwhile.
-        let actions: Vec<Action> = std::iter::from_fn(|| head.poll_action()).collect();
+        // No action was taken meanwhile.
+        let actions: Vec<PtuAction> = std::iter::from_fn(|| driver.poll_action()).collect();
         assert!(actions.len() < 200, "{} actions", actions.len());
     }
 }

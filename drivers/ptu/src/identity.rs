@@ -1,15 +1,15 @@
-//! Who the unit is and what it can do, as it says itself.
+//! Identity and capabilities of the unit, as it reports them.
 
 use crate::axis::StepSize;
 use crate::motion::MotionProfile;
 use crate::{Axis, HoldPower, MovePower, reply};
 
-/// Range of one axis in counts, as measured by the unit's last calibration; it moves by a few counts with each (section 5).
+/// Range of one axis in counts, as measured by the unit's last calibration; each calibration moves it by a few counts (ptu-d46 section 5).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AxisLimits {
-    /// Least reachable position, counts.
+    /// Lowest reachable position, counts.
     pub min_steps: i32,
-    /// Greatest reachable position, counts.
+    /// Highest reachable position, counts.
     pub max_steps: i32,
 }
 
@@ -21,26 +21,26 @@ impl AxisLimits {
     }
 }
 
-/// One axis as read at connecting.
+/// One axis as read when connecting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisIdentity {
-    /// Range, counts.
+    /// Range.
     pub limits: AxisLimits,
     /// Angle of one count.
     pub step: StepSize,
-    /// Least settable speed, counts per second.
+    /// Lowest settable speed, counts per second.
     pub speed_min: i32,
-    /// Greatest settable speed, counts per second.
+    /// Highest settable speed, counts per second.
     pub speed_max: i32,
-    /// Set speed at connecting, counts per second.
+    /// Set speed when connecting, counts per second.
     pub speed: i32,
     /// Base speed, counts per second: no ramps at or below it.
     pub base_speed: i32,
     /// Acceleration above the base speed, counts per second squared.
     pub acceleration: i32,
-    /// Power while standing, if the unit tells it.
+    /// Power at rest, if the unit reports it.
     pub hold_power: Option<HoldPower>,
-    /// Power while moving, if the unit tells it.
+    /// Power while moving, if the unit reports it.
     pub move_power: Option<MovePower>,
 }
 
@@ -56,7 +56,7 @@ impl AxisIdentity {
     }
 }
 
-/// The unit as read at connecting.
+/// The unit as read when connecting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeadIdentity {
     /// Firmware text, as printed.
@@ -65,14 +65,14 @@ pub struct HeadIdentity {
     pub pan: AxisIdentity,
     /// Tilt axis.
     pub tilt: AxisIdentity,
-    /// Supply and temperature, if the unit tells them.
+    /// Supply voltage and temperatures, if the unit reports them.
     pub health: Option<Health>,
-    /// True if the unit was seen finishing a calibration while connecting: its zero is fresh.
+    /// True if the unit finished a calibration while connecting: its zero is fresh.
     pub calibration_seen: bool,
 }
 
 impl HeadIdentity {
-    /// One axis of the two.
+    /// The identity of one axis.
     #[must_use]
     pub const fn axis(&self, axis: Axis) -> &AxisIdentity {
         match axis {
@@ -80,28 +80,19 @@ impl HeadIdentity {
             Axis::Tilt => &self.tilt,
         }
     }
-
-    pub(crate) fn axis_mut(&mut self, axis: Axis) -> &mut AxisIdentity {
-        match axis {
-            Axis::Pan => &mut self.pan,
-            Axis::Tilt => &mut self.tilt,
-        }
-    }
 }
 
-/// Supply voltage and temperatures (section 10).
+/// Supply voltage and temperatures (ptu-d46 section 10).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Health {
     /// Supply, volts.
     pub supply_volts: f64,
-    /// Temperatures, degrees Celsius: the controller, and on later models pan and tilt.
+    /// Temperatures, degrees Celsius: the controller, on later models also the pan and tilt motors.
     pub temperatures_c: Vec<f64>,
-    /// As printed.
-    pub text: String,
 }
 
 impl Health {
-    /// Reads `Input 30 VDC @ 86 degF` and the four comma-separated numbers of later models. `None` without at least one number.
+    /// Parses `Input 30 VDC @ 86 degF` and the four comma-separated numbers of later models. `None` without at least one number.
     pub(crate) fn from_text(text: &str) -> Option<Self> {
         let numbers = reply::all_numbers(text);
         let (supply_volts, fahrenheit) = numbers.split_first()?;
@@ -109,7 +100,6 @@ impl Health {
         Some(Self {
             supply_volts: *supply_volts,
             temperatures_c,
-            text: text.to_owned(),
         })
     }
 }
@@ -154,16 +144,16 @@ impl AxisDraft {
     }
 }
 
-/// What is read before it is complete.
+/// The identity while it is being read.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Draft {
+pub(crate) struct IdentityDraft {
     pub(crate) version: String,
     pub(crate) pan: AxisDraft,
     pub(crate) tilt: AxisDraft,
     pub(crate) health: Option<Health>,
 }
 
-impl Draft {
+impl IdentityDraft {
     pub(crate) const fn axis_mut(&mut self, axis: Axis) -> &mut AxisDraft {
         match axis {
             Axis::Pan => &mut self.pan,

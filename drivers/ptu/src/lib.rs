@@ -1,20 +1,26 @@
-//! Directed Perception PTU-D46, sans-IO: bytes and instants in, actions out.
+//! Driver for the Directed Perception PTU-D46 pan-tilt unit, sans-IO: bytes and instants in, actions out.
 //!
-//! The caller owns the port and the clock. It hands bytes to [`Head::handle_bytes`], wakes [`Head::handle_deadline`] at
-//! [`Head::deadline`], and carries out what [`Head::poll_action`] gives: bytes to send, events to believe.
+//! The caller owns the port and the clock. It hands received bytes to [`PtuDriver::handle_bytes`], calls
+//! [`PtuDriver::handle_deadline`] at [`PtuDriver::deadline`], and carries out what [`PtuDriver::poll_action`] returns: bytes to
+//! send, events to act on. An instant is the [`Duration`](std::time::Duration) since an origin that the caller chooses, the same
+//! for all calls.
 //!
-//! Section numbers in the comments are those of the protocol document for the D46.
+//! [`emulator`] is the device's side of the same protocol. `ptu-d46 section N` is a section of `docs/protocols/ptu-d46.md`,
+//! `sweep-geometry section N` one of `docs/protocols/sweep-geometry.md`.
 
 mod action;
 mod axis;
-#[cfg(test)]
-mod bench;
 mod command;
 mod connect;
 #[cfg(test)]
 mod connect_tests;
 mod constants;
-mod head;
+mod dialogue;
+#[cfg(test)]
+mod dialogue_tests;
+mod driver;
+pub mod emulator;
+mod error;
 #[cfg(test)]
 mod hostile_tests;
 mod identity;
@@ -23,19 +29,14 @@ mod motion;
 mod power;
 mod reply;
 mod requests;
-mod service;
 #[cfg(test)]
-mod service_tests;
+mod test_rig;
 
-pub use action::{Action, Counters, Event, HeadError, RequestError};
+pub use action::{PtuAction, PtuEvent};
 pub use axis::{Axis, AxisScale, Sign, StepSize};
 pub use constants::BAUD_RATES;
-pub use head::{Head, HeadOptions};
+pub use driver::{PtuDriver, PtuOptions};
+pub use error::{HeadError, RequestError};
 pub use identity::{AxisIdentity, AxisLimits, HeadIdentity, Health};
 pub use motion::{MotionProfile, MoveState, MoveWatch};
 pub use power::{HoldPower, MovePower};
-
-/// Time since an origin the caller chose, the same for all calls.
-pub type Instant = std::time::Duration;
-
-pub mod twin;

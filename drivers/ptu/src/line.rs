@@ -1,55 +1,57 @@
-//! Bytes to lines and notices (section 2).
+//! From bytes to lines and notices (ptu-d46 section 2).
 //!
 //! A notice (`!P`) has no line end of its own and may stand before, between or within other replies, so it is taken out of the stream
-//! at its second byte. Lines end with CR, LF or both; empty ones are nothing.
+//! at its second byte. Lines end with CR, LF or both; empty lines are dropped.
 
-use crate::constants::LINE_MAX;
-use crate::{Axis, Instant};
+use std::time::Duration;
 
-/// Unasked for word of the unit.
+use crate::Axis;
+use crate::constants::MAX_LINE_BYTES;
+
+/// An unsolicited message of the unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Notice {
     /// `!P`, `!T`: a limit switch or stop.
     Limit(Axis),
-    /// `!D`: the cable between controller and head.
+    /// `!D`: the cable between controller and head was disconnected.
     Cable,
-    /// `#P` `#T` `$P` `$T`: position and speed triggers, never asked for here.
+    /// `#P` `#T` `$P` `$T`: position and speed triggers, which this driver never sets.
     Trigger,
 }
 
-/// A complete line without its end and without notices.
+/// A complete line without its line end and without notices.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Line {
+pub(crate) struct ReplyLine {
     pub(crate) bytes: Vec<u8>,
-    /// When its reply began: at `*` or `!`, or else at its first byte.
-    pub(crate) reply_at: Instant,
+    /// When the reply began: at `*` or `!`, else at the line's first byte.
+    pub(crate) reply_at: Duration,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Token {
     Notice(Notice),
-    Line(Line),
-    /// A line grew beyond all measure and is thrown away up to its end.
+    Line(ReplyLine),
+    /// A line exceeded [`MAX_LINE_BYTES`] and is discarded up to its end.
     Overlong,
 }
 
-/// Collects bytes; holds at most [`LINE_MAX`] of them.
+/// Collects bytes; holds at most [`MAX_LINE_BYTES`] of them.
 #[derive(Debug, Default)]
-pub(crate) struct LineBuffer {
+pub(crate) struct ReplyBuffer {
     bytes: Vec<u8>,
-    reply_at: Option<Instant>,
+    reply_at: Option<Duration>,
     marker_seen: bool,
     skipping: bool,
 }
 
-impl LineBuffer {
+impl ReplyBuffer {
     pub(crate) fn clear(&mut self) {
         *self = Self::default();
     }
 
-    pub(crate) fn push(&mut self, byte: u8, at: Instant) -> Option<Token> {
+    pub(crate) fn push(&mut self, byte: u8, at: Duration) -> Option<Token> {
         if matches!(byte, b'\r' | b'\n') {
-            let line = Line {
+            let line = ReplyLine {
                 bytes: std::mem::take(&mut self.bytes),
                 reply_at: self.reply_at.unwrap_or(at),
             };
@@ -66,7 +68,7 @@ impl LineBuffer {
             return Some(Token::Notice(notice));
         }
         if self.skipping {
-            // Only the last byte is kept, to see notices in a flood.
+            // Only the last byte is kept, so that notices are still seen.
             self.bytes.clear();
             self.bytes.push(byte);
             return None;
@@ -76,7 +78,7 @@ impl LineBuffer {
             self.marker_seen = matches!(byte, b'*' | b'!');
         }
         self.bytes.push(byte);
-        if self.bytes.len() > LINE_MAX {
+        if self.bytes.len() > MAX_LINE_BYTES {
             self.clear();
             self.skipping = true;
             return Some(Token::Overlong);
@@ -98,10 +100,9 @@ fn notice(first: u8, second: u8) -> Option<Notice> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Duration;
 
     fn tokens(bytes: &[u8]) -> Vec<Token> {
-        let mut buffer = LineBuffer::default();
+        let mut buffer = ReplyBuffer::default();
         let at = |i: usize| Duration::from_millis(i as u64);
         bytes
             .iter()
@@ -111,7 +112,7 @@ mod tests {
     }
 
     fn line(text: &str, at_ms: u64) -> Token {
-        Token::Line(Line {
+        Token::Line(ReplyLine {
             bytes: text.into(),
             reply_at: Duration::from_millis(at_ms),
         })
@@ -139,7 +140,7 @@ mod tests {
         assert_eq!(
             tokens(b"!P"),
             std::slice::from_ref(&pan),
-            "no line end is waited for"
+            "a notice needs no line end"
         );
         let reset = [
             tilt.clone(),
@@ -170,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flood_is_thrown_away_up_to_its_end() {
+    fn an_overlong_line_is_discarded_up_to_its_end() {
         let mut stream = vec![0xff; 10_000];
         stream.extend_from_slice(b"!P\r\n* 5\r\n");
         let got = tokens(&stream);

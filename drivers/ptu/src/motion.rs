@@ -1,11 +1,10 @@
-//! How long a move takes, and whether it goes as it should.
+//! How long a move takes, and monitoring of a move by polled positions.
 
 use std::time::Duration;
 
-use crate::Instant;
 use crate::constants::{ARRIVAL_POLLS, OVERDUE_MARGIN, STALL_AFTER};
 
-/// What decides the shape of a move: at or below the base speed there is no ramp (section 9).
+/// What shapes a move: at or below the base speed there is no ramp (ptu-d46 section 9).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MotionProfile {
     /// Set speed, counts per second.
@@ -17,7 +16,7 @@ pub struct MotionProfile {
 }
 
 impl MotionProfile {
-    /// Duration of a move from rest to rest over `distance_steps`: the closed form of section 9. A profile that cannot move (speed or,
+    /// Duration of a move from rest to rest over `distance_steps`: the closed form of ptu-d46 section 9. A profile that cannot move (speed or,
     /// where a ramp is needed, acceleration not positive) takes [`Duration::MAX`].
     #[must_use]
     pub fn travel_time(&self, distance_steps: i64) -> Duration {
@@ -47,8 +46,8 @@ impl MotionProfile {
         Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
     }
 
-    /// Counts covered by one ramp between base speed and set speed; 0 without a ramp. What a sweep must start before its first
-    /// wanted line (sweep geometry, section 3).
+    /// Counts covered by one ramp between base speed and set speed; 0 without a ramp. A sweep starts this far before its first
+    /// line (sweep-geometry section 3).
     #[must_use]
     pub fn ramp_steps(&self) -> f64 {
         if !self.has_ramp() || self.acceleration <= 0 {
@@ -63,33 +62,34 @@ impl MotionProfile {
     }
 }
 
-/// What the polled positions say about a move.
+/// State of a move, from its polled positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MoveState {
-    /// On the way.
+    /// Not yet at the target.
     Moving,
-    /// At the target and resting there.
+    /// At rest at the target.
     Arrived,
-    /// Away from the target without any change for a second: blocked, halted or never begun.
+    /// Away from the target without a change of position for a second: blocked, halted or never started.
     Stalled,
-    /// The time of the closed form and its margin are over.
+    /// The expected travel time and its margin have passed.
     Overdue,
 }
 
-/// Watches one move by its polled positions. Pure: no clock, no dialogue.
+/// Monitors one move by its polled positions. Pure: no clock, no dialogue.
 #[derive(Debug, Clone)]
 pub struct MoveWatch {
     target_steps: i32,
-    overdue_at: Instant,
-    last_change_at: Instant,
+    overdue_at: Duration,
+    last_change_at: Duration,
     last_steps: Option<i32>,
     polls_at_target: u32,
 }
 
 impl MoveWatch {
-    /// Watches a move to `target_steps` accepted at `started_at`, expected to take `expected` ([`MotionProfile::travel_time`]).
+    /// Monitors a move to `target_steps`, accepted at `started_at` and expected to take `expected`
+    /// ([`MotionProfile::travel_time`]).
     #[must_use]
-    pub fn new(target_steps: i32, started_at: Instant, expected: Duration) -> Self {
+    pub fn new(target_steps: i32, started_at: Duration, expected: Duration) -> Self {
         let overdue_at = started_at
             .saturating_add(expected)
             .saturating_add(OVERDUE_MARGIN);
@@ -102,14 +102,14 @@ impl MoveWatch {
         }
     }
 
-    /// When the move is given up if it has not arrived.
+    /// When the move counts as overdue.
     #[must_use]
-    pub const fn overdue_at(&self) -> Instant {
+    pub const fn overdue_at(&self) -> Duration {
         self.overdue_at
     }
 
-    /// Takes a polled position. Arrival is equality of whole counts, three polls running (section 11, step 6).
-    pub fn observe(&mut self, steps: i32, at: Instant) -> MoveState {
+    /// Takes a polled position. Arrived means equal to the target in three polls in a row (ptu-d46 section 11, step 6).
+    pub fn observe(&mut self, steps: i32, at: Duration) -> MoveState {
         if self.last_steps != Some(steps) {
             self.last_steps = Some(steps);
             self.last_change_at = self.last_change_at.max(at);
@@ -123,12 +123,11 @@ impl MoveWatch {
             };
         }
         self.polls_at_target = 0;
-        self.at(at)
+        self.state_at(at)
     }
 
-    /// What the passing of time alone says, for when no position comes.
-    #[must_use]
-    pub fn at(&self, now: Instant) -> MoveState {
+    /// The state by the clock alone, for when no position comes.
+    fn state_at(&self, now: Duration) -> MoveState {
         if now >= self.overdue_at {
             MoveState::Overdue
         } else if now.saturating_sub(self.last_change_at) >= STALL_AFTER
@@ -146,12 +145,12 @@ mod tests {
     use super::*;
     use proptest::prelude::{prop_assert, proptest};
 
-    fn ms(value: u64) -> Instant {
+    fn ms(value: u64) -> Duration {
         Duration::from_millis(value)
     }
 
     #[test]
-    fn the_documents_example() {
+    fn travel_time_of_the_documents_example() {
         let profile = MotionProfile {
             speed: 1900,
             base_speed: 1000,
@@ -226,7 +225,7 @@ mod tests {
         assert_eq!(watch.observe(10, ms(1400)), MoveState::Moving);
         assert_eq!(watch.observe(10, ms(1500)), MoveState::Stalled);
         assert_eq!(watch.observe(11, ms(1600)), MoveState::Moving);
-        assert_eq!(watch.at(ms(11_000)), MoveState::Overdue);
+        assert_eq!(watch.state_at(ms(11_000)), MoveState::Overdue);
         let mut crawling = MoveWatch::new(1000, ms(0), ms(500));
         assert_eq!(crawling.observe(10, ms(1600)), MoveState::Overdue);
     }

@@ -1,39 +1,31 @@
-//! Power of the motors, standing and moving (section 10).
+//! Power of the motors at rest and while moving (ptu-d46 section 10).
 
-/// Power of an axis that stands; a change takes effect after the next move.
+/// Power of an axis at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HoldPower {
-    /// For less than a fifth of the time.
+    /// For a duty cycle below 20 %.
     Regular,
-    /// The usual one.
+    /// The usual setting.
     Low,
-    /// None: the load may turn the axis, which must be calibrated again then.
+    /// None: the load may turn the axis, which then needs a new calibration.
     Off,
 }
 
-/// Power of an axis that moves.
+/// Power of a moving axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MovePower {
-    /// For less than a fifth of the time.
+    /// For a duty cycle below 20 %.
     High,
-    /// The usual one.
+    /// The usual setting.
     Regular,
     /// For light loads and less heat.
     Low,
 }
 
 impl HoldPower {
-    pub(crate) const fn letter(self) -> char {
-        match self {
-            Self::Regular => 'R',
-            Self::Low => 'L',
-            Self::Off => 'O',
-        }
-    }
-
-    /// Reads `LOW`, `REG`, `OFF` and `Pan in LOW hold power mode`.
+    /// Parses `LOW`, `REG`, `OFF` and `Pan in LOW hold power mode`.
     pub(crate) fn from_text(text: &str) -> Option<Self> {
-        named(
+        find_keyword(
             text,
             &[
                 ("REG", Self::Regular),
@@ -46,17 +38,9 @@ impl HoldPower {
 }
 
 impl MovePower {
-    pub(crate) const fn letter(self) -> char {
-        match self {
-            Self::High => 'H',
-            Self::Regular => 'R',
-            Self::Low => 'L',
-        }
-    }
-
-    /// Reads `LOW`, `REG`, `HIGH` and `Pan in REGULAR move power mode`.
+    /// Parses `LOW`, `REG`, `HIGH` and `Pan in REGULAR move power mode`.
     pub(crate) fn from_text(text: &str) -> Option<Self> {
-        named(
+        find_keyword(
             text,
             &[
                 ("REG", Self::Regular),
@@ -68,7 +52,7 @@ impl MovePower {
     }
 }
 
-fn named<T: Copy>(text: &str, words: &[(&str, T)]) -> Option<T> {
+fn find_keyword<T: Copy>(text: &str, words: &[(&str, T)]) -> Option<T> {
     text.split(|c: char| !c.is_ascii_alphabetic())
         .find_map(|word| {
             words

@@ -1,32 +1,32 @@
-//! What a line says: success or refusal, and the number or phrase after it (sections 2 to 4).
+//! Parsing of a reply line: success or refusal, and the number or text after it (ptu-d46 sections 2 to 4).
 
-/// A line taken apart at its first `*` or `! `.
+/// A line split at its first `*` or `! `.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Reply<'a> {
-    /// What stood before the marker: an echo, or dirt.
+pub(crate) struct ParsedReply<'a> {
+    /// What came before the marker: an echo, or line noise.
     pub(crate) before: &'a [u8],
-    pub(crate) outcome: Outcome<'a>,
+    pub(crate) outcome: ReplyOutcome<'a>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Outcome<'a> {
-    /// `*`, with what followed.
+pub(crate) enum ReplyOutcome<'a> {
+    /// `*`, with the text after it.
     Success(&'a str),
-    /// `! `, with the unit's words. Never judged by them (section 4).
+    /// `! `, with the unit's text, which is never interpreted (ptu-d46 section 4).
     Refusal(&'a str),
     /// Unprintable bytes after the marker.
     Garbled,
-    /// No marker at all.
+    /// No marker.
     Unmarked,
 }
 
-/// Takes a line apart.
-pub(crate) fn parse(line: &[u8]) -> Reply<'_> {
+/// Splits a line.
+pub(crate) fn parse(line: &[u8]) -> ParsedReply<'_> {
     let begins = |i: usize| line.get(i) == Some(&b'*') || line.get(i..i + 2) == Some(b"! ");
     let Some(at) = (0..line.len()).find(|i| begins(*i)) else {
-        return Reply {
+        return ParsedReply {
             before: line,
-            outcome: Outcome::Unmarked,
+            outcome: ReplyOutcome::Unmarked,
         };
     };
     let (before, marked) = line.split_at(at);
@@ -37,15 +37,15 @@ pub(crate) fn parse(line: &[u8]) -> Reply<'_> {
         None
     };
     let outcome = match text.map(str::trim) {
-        None => Outcome::Garbled,
-        Some(text) if marker == b"*" => Outcome::Success(text),
-        Some(text) => Outcome::Refusal(text),
+        None => ReplyOutcome::Garbled,
+        Some(text) if marker == b"*" => ReplyOutcome::Success(text),
+        Some(text) => ReplyOutcome::Refusal(text),
     };
-    Reply { before, outcome }
+    ParsedReply { before, outcome }
 }
 
-impl Reply<'_> {
-    /// Whether the command itself came back before the marker. Case does not count.
+impl ParsedReply<'_> {
+    /// Whether the command itself came back before the marker, in any case.
     pub(crate) fn echoes(&self, command: &str) -> bool {
         let before = self.before.trim_ascii();
         let tail = before
@@ -57,15 +57,15 @@ impl Reply<'_> {
     }
 }
 
-/// A number and whether words stood around it.
+/// A number, and whether a phrase surrounds it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Number {
     pub(crate) value: f64,
     pub(crate) verbose: bool,
 }
 
-/// The first number of a success: alone (terse) or in a phrase (verbose). `None` if there is none, or a second one: then two replies
-/// have run into each other.
+/// The number of a success: alone (terse) or in a phrase (verbose). `None` if there is none, or two: then two replies have run
+/// into each other.
 pub(crate) fn number(text: &str) -> Option<Number> {
     let mut value = None;
     let mut words = 0_usize;
@@ -86,9 +86,9 @@ pub(crate) fn number(text: &str) -> Option<Number> {
     })
 }
 
-/// Which of two words a text holds: `Some(true)` for the wanted one. Only whole words count, in any case; failing that the first
-/// letter of the text (section 3, row `C`).
-pub(crate) fn either(text: &str, wanted: &str, other: &str) -> Option<bool> {
+/// Which of two keywords a text contains: `Some(true)` for the wanted one. Whole words in any case; failing that, the first letter
+/// of the text (ptu-d46 section 3, row `C`).
+pub(crate) fn keyword(text: &str, wanted: &str, other: &str) -> Option<bool> {
     let mut words = text.split(|c: char| !c.is_ascii_alphabetic());
     let named = words.find_map(|word| {
         let is = |name: &str| word.eq_ignore_ascii_case(name);
@@ -126,8 +126,8 @@ pub(crate) fn all_numbers(text: &str) -> Vec<f64> {
     text.split([' ', ',']).filter_map(decimal).collect()
 }
 
-/// A whole number that fits a position or speed.
-pub(crate) fn whole(value: f64) -> Option<i32> {
+/// A whole number in the range of a position or speed.
+pub(crate) fn integer(value: f64) -> Option<i32> {
     let fits = value.fract() == 0.0 && value >= f64::from(i32::MIN) && value <= f64::from(i32::MAX);
     fits.then_some(value as i32)
 }
@@ -138,12 +138,12 @@ mod tests {
 
     fn value(line: &str) -> Option<f64> {
         match parse(line.as_bytes()).outcome {
-            Outcome::Success(text) => number(text).map(|n| n.value),
+            ReplyOutcome::Success(text) => number(text).map(|n| n.value),
             _ => None,
         }
     }
 
-    /// Every numeric reply of section 3, with its number.
+    /// The numeric replies of ptu-d46 section 3.
     const NUMERIC: [(&str, f64); 20] = [
         ("* Current Pan position is -2500", -2500.0),
         ("* Current Tilt position is 12", 12.0),
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn refusals_are_known_by_their_mark() {
+    fn refusals_are_recognised_by_their_marker() {
         for text in [
             "Maximum allowable Pan position is 3090",
             "Minimum allowable Tilt position is -903",
@@ -199,11 +199,11 @@ mod tests {
         ] {
             assert_eq!(
                 parse(format!("! {text}").as_bytes()).outcome,
-                Outcome::Refusal(text)
+                ReplyOutcome::Refusal(text)
             );
             assert_eq!(
                 parse(format!("PS9999 ! {text}").as_bytes()).outcome,
-                Outcome::Refusal(text)
+                ReplyOutcome::Refusal(text)
             );
         }
     }
@@ -223,15 +223,15 @@ mod tests {
         ] {
             assert_eq!(value(line), None, "{line}");
         }
-        assert_eq!(parse(b"* 1\xff00").outcome, Outcome::Garbled);
-        assert_eq!(parse(b"1234").outcome, Outcome::Unmarked);
+        assert_eq!(parse(b"* 1\xff00").outcome, ReplyOutcome::Garbled);
+        assert_eq!(parse(b"1234").outcome, ReplyOutcome::Unmarked);
         assert_eq!(
             value("\u{fffd}* 100"),
             Some(100.0),
-            "dirt before the marker does no harm"
+            "noise before the marker does no harm"
         );
-        assert_eq!(whole(1.5), None);
-        assert_eq!(whole(1e12), None);
+        assert_eq!(integer(1.5), None);
+        assert_eq!(integer(1e12), None);
     }
 
     #[test]
@@ -273,10 +273,10 @@ mod tests {
                 false,
             ),
         ] {
-            assert_eq!(either(text, wanted, other), Some(is), "{text}");
+            assert_eq!(keyword(text, wanted, other), Some(is), "{text}");
         }
-        assert_eq!(either("22", "off", "on"), None);
-        assert_eq!(either("", "off", "on"), None);
+        assert_eq!(keyword("22", "off", "on"), None);
+        assert_eq!(keyword("", "off", "on"), None);
     }
 
     #[test]

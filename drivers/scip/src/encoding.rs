@@ -1,10 +1,9 @@
-//! Numbers as characters (six bits each, big-endian, plus 0x30) and the sum character of a line.
-//! Protocol sections 3 and 4.
+//! Numbers as characters (six bits each, big-endian, plus 0x30) and the sum character of a line (scip2 sections 3 and 4).
 
 use crate::constants::{FIRST_CHARACTER, LAST_CHARACTER};
 use crate::error::ReplyError;
 
-/// The sum character of `bytes`: low six bits of their total, plus 0x30 (protocol section 3).
+/// The sum character of `bytes`: low six bits of their total, plus 0x30 (scip2 section 3).
 #[must_use]
 pub fn sum(bytes: &[u8]) -> u8 {
     let total = bytes
@@ -13,7 +12,7 @@ pub fn sum(bytes: &[u8]) -> u8 {
     (total & 0x3F) + FIRST_CHARACTER
 }
 
-/// Takes a line whose last character is the sum of all before it; gives the line without it.
+/// Checks the sum character at the end of a line and returns the line without it.
 ///
 /// # Errors
 /// [`ReplyError::Sum`] if it is another character, [`ReplyError::Length`] if the line is empty.

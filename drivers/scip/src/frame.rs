@@ -1,29 +1,29 @@
-//! Bytes in any chunking become messages. A message is every line up to an empty one: the echo, the status, the lines.
-//! Protocol section 3.
+//! Cuts bytes into messages: all lines up to an empty one (scip2 section 3).
 //!
-//! Memory is bounded whatever comes: a line or a message that grows past the limits of [`constants`](crate::constants)
-//! is dropped, and reading starts again after the next empty line.
+//! Memory is bounded: a line or message longer than the limits of [`constants`](crate::constants) is dropped, and
+//! reading goes on after the next empty line.
 
-use crate::Instant;
 use crate::constants::{LF, MAX_LINE_BYTES, MAX_MESSAGE_BYTES};
+use crate::encoding::checked_body;
 use crate::error::ReplyError;
 use crate::status::StatusCode;
+use std::time::Duration;
 
-/// One reply as it came: never empty, sums not yet checked.
+/// One reply; its sums are not checked yet.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Message {
+pub struct ScipMessage {
     /// The lines, each with its LF; the closing empty line is not kept.
     bytes: Vec<u8>,
     /// Instant of the input that carried the first byte.
-    pub first_byte_at: Instant,
+    pub first_byte_at: Duration,
     /// Instant of the input that carried the closing empty line.
-    pub last_byte_at: Instant,
+    pub last_byte_at: Duration,
 }
 
-impl Message {
-    /// The first complete message in `bytes`, as if all of it had come at `at`.
-    #[must_use]
-    pub fn first_in(bytes: &[u8], at: Instant) -> Option<Self> {
+impl ScipMessage {
+    /// The first complete message in `bytes`.
+    #[cfg(test)]
+    pub(crate) fn first_in(bytes: &[u8], at: Duration) -> Option<Self> {
         Framer::default().take(&mut &*bytes, at)
     }
 
@@ -33,7 +33,7 @@ impl Message {
         body.split(|byte| *byte == LF)
     }
 
-    /// The first line: what the device says it was asked.
+    /// The first line: the request as the device received it.
     #[must_use]
     pub fn echo(&self) -> &[u8] {
         self.lines().next().unwrap_or_default()
@@ -47,7 +47,7 @@ impl Message {
         let line = self.lines().nth(1).ok_or_else(|| ReplyError::NoStatus {
             echo: self.echo().into(),
         })?;
-        StatusCode::from_line(line)
+        status_code(line)
     }
 
     /// The lines after the status, each still with its sum.
@@ -56,19 +56,40 @@ impl Message {
     }
 }
 
-/// Collects bytes into [`Message`]s and never holds more than `MAX_MESSAGE_BYTES`.
+/// Reads a status line: one character, or two and their sum.
+fn status_code(line: &[u8]) -> Result<StatusCode, ReplyError> {
+    match line {
+        [plain] => Ok(StatusCode::Plain(*plain)),
+        [_, _, _] => match checked_body(line)? {
+            [high, low] => Ok(StatusCode::Code([*high, *low])),
+            body => Err(ReplyError::Length {
+                what: "status line",
+                expected: 2,
+                got: body.len(),
+            }),
+        },
+        _ => Err(ReplyError::Length {
+            what: "status line",
+            expected: 3,
+            got: line.len(),
+        }),
+    }
+}
+
+/// Collects bytes into [`ScipMessage`]s; holds at most `MAX_MESSAGE_BYTES`.
 #[derive(Debug, Default)]
 pub struct Framer {
     buffer: Vec<u8>,
     line_bytes: usize,
     skipping: bool,
-    first_byte_at: Instant,
+    first_byte_at: Duration,
     overruns: u64,
 }
 
 impl Framer {
-    /// Consumes `input` up to the end of the first message, which it gives, or wholly. Call again until `input` is empty.
-    pub fn take(&mut self, input: &mut &[u8], now: Instant) -> Option<Message> {
+    /// Consumes `input` up to the end of its first message and returns that, or consumes it all. Call again until `input`
+    /// is empty.
+    pub fn take(&mut self, input: &mut &[u8], now: Duration) -> Option<ScipMessage> {
         while !input.is_empty() {
             let Some(at) = input.iter().position(|byte| *byte == LF) else {
                 self.extend_line(input, now);
@@ -85,26 +106,26 @@ impl Framer {
         None
     }
 
-    /// Forgets a half-read message, as after opening the port again.
-    pub fn clear(&mut self) {
+    /// Drops a half-read message, as after opening the port again.
+    pub(crate) fn clear(&mut self) {
         self.buffer.clear();
         self.line_bytes = 0;
         self.skipping = false;
     }
 
-    /// How many lines or messages were dropped because they grew past the limits.
+    /// How many lines or messages were dropped for their length.
     #[must_use]
     pub fn overruns(&self) -> u64 {
         self.overruns
     }
 
-    /// Bytes held at the moment, at most `MAX_MESSAGE_BYTES`.
+    /// At most `MAX_MESSAGE_BYTES`.
     #[must_use]
     pub fn held_bytes(&self) -> usize {
         self.buffer.len()
     }
 
-    fn extend_line(&mut self, piece: &[u8], now: Instant) {
+    fn extend_line(&mut self, piece: &[u8], now: Duration) {
         self.line_bytes = self.line_bytes.saturating_add(piece.len());
         if self.skipping || piece.is_empty() {
             return;
@@ -124,7 +145,7 @@ impl Framer {
         self.buffer.extend_from_slice(piece);
     }
 
-    fn end_line(&mut self, now: Instant) -> Option<Message> {
+    fn end_line(&mut self, now: Duration) -> Option<ScipMessage> {
         if std::mem::take(&mut self.line_bytes) > 0 {
             if !self.skipping {
                 self.buffer.push(LF);
@@ -136,7 +157,7 @@ impl Framer {
             return None;
         }
         let bytes = std::mem::take(&mut self.buffer);
-        Some(Message {
+        Some(ScipMessage {
             bytes,
             first_byte_at: self.first_byte_at,
             last_byte_at: now,
@@ -148,7 +169,7 @@ impl Framer {
 mod tests {
     use super::*;
 
-    fn messages(framer: &mut Framer, mut input: &[u8], now: Instant) -> Vec<Message> {
+    fn messages(framer: &mut Framer, mut input: &[u8], now: Duration) -> Vec<ScipMessage> {
         let mut all = Vec::new();
         while let Some(message) = framer.take(&mut input, now) {
             all.push(message);
@@ -158,7 +179,8 @@ mod tests {
 
     #[test]
     fn a_message_is_echo_status_and_body() {
-        let message = Message::first_in(b"TM1\n00P\n<SfkP\n\n", Instant::ZERO).expect("complete");
+        let message =
+            ScipMessage::first_in(b"TM1\n00P\n<SfkP\n\n", Duration::ZERO).expect("complete");
         assert_eq!(message.echo(), b"TM1");
         assert_eq!(
             message.status().expect("sum is right"),
@@ -170,7 +192,7 @@ mod tests {
     #[test]
     fn the_first_byte_keeps_its_instant() {
         let mut framer = Framer::default();
-        let at = Instant::from_millis;
+        let at = Duration::from_millis;
         assert!(messages(&mut framer, b"B", at(10)).is_empty());
         assert!(messages(&mut framer, b"M\n02R\n", at(20)).is_empty());
         let got = messages(&mut framer, b"\nQ", at(30));
@@ -192,7 +214,7 @@ mod tests {
             messages(
                 &mut framer,
                 b"\n\n\nQT\n00P\n\n\n\nBM\n00P\n\n",
-                Instant::ZERO
+                Duration::ZERO
             )
             .len(),
             2
@@ -203,10 +225,10 @@ mod tests {
     fn an_endless_line_is_dropped_and_reading_starts_again_at_the_empty_line() {
         let mut framer = Framer::default();
         for _ in 0..1000 {
-            assert!(messages(&mut framer, &[0xFF; 999], Instant::ZERO).is_empty());
+            assert!(messages(&mut framer, &[0xFF; 999], Duration::ZERO).is_empty());
             assert!(framer.held_bytes() <= MAX_MESSAGE_BYTES);
         }
-        let got = messages(&mut framer, b"x\nQT\n00P\n\nQT\n00P\n\n", Instant::ZERO);
+        let got = messages(&mut framer, b"x\nQT\n00P\n\nQT\n00P\n\n", Duration::ZERO);
         assert_eq!(got.len(), 1);
         assert_eq!(framer.overruns(), 1);
     }
@@ -215,18 +237,27 @@ mod tests {
     fn endless_short_lines_are_dropped_too() {
         let mut framer = Framer::default();
         for _ in 0..100_000 {
-            assert!(messages(&mut framer, b"abc\n", Instant::ZERO).is_empty());
+            assert!(messages(&mut framer, b"abc\n", Duration::ZERO).is_empty());
             assert!(framer.held_bytes() <= MAX_MESSAGE_BYTES);
         }
         assert_eq!(
-            messages(&mut framer, b"\nQT\n00P\n\n", Instant::ZERO).len(),
+            messages(&mut framer, b"\nQT\n00P\n\n", Duration::ZERO).len(),
             1
         );
     }
 
     #[test]
     fn a_message_without_status_says_so() {
-        let message = Message::first_in(b"QT\n\n", Instant::ZERO).expect("complete");
+        let message = ScipMessage::first_in(b"QT\n\n", Duration::ZERO).expect("complete");
         assert!(matches!(message.status(), Err(ReplyError::NoStatus { .. })));
+    }
+
+    #[test]
+    fn damaged_status_lines_are_errors() {
+        assert_eq!(status_code(b"02R"), Ok(StatusCode::Code(*b"02")));
+        assert_eq!(status_code(b"E"), Ok(StatusCode::Plain(b'E')));
+        assert!(matches!(status_code(b"00Q"), Err(ReplyError::Sum { .. })));
+        assert!(matches!(status_code(b"00"), Err(ReplyError::Length { .. })));
+        assert!(matches!(status_code(b""), Err(ReplyError::Length { .. })));
     }
 }

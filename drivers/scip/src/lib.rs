@@ -1,63 +1,49 @@
-//! Hokuyo SCIP 2.0, the host's side, sans-IO: bytes and instants in, actions out.
+//! Hokuyo SCIP 2.0: the host's side of the protocol, sans-IO, and an emulator of the laser.
 //!
 //! The laser (URG-04LX and relatives) turns at 10 Hz, anti-clockwise seen from above, and reports one range per *step*
 //! of 360/1024 degrees. Every request is one line; every reply is its echo, a status, lines that each end in a sum
-//! character, and an empty line:
+//! character, and an empty line (`docs/protocols/scip2.md`):
 //!
 //! ```text
-//! host    GD0044072501\n                    latest scan, steps 44 to 725, no clustering
-//! sensor  GD0044072501\n00P\nJUGnD\n...\n\n    echo, status + sum, stamp + sum, lines of 64 characters + sum, empty line
+//! host   MD0044072501000\n                      scans of steps 44 to 725, no clustering, until QT
+//! laser  MD0044072501000\n00P\n\n               echo, status + sum, empty line
+//! laser  MD0044072501000\n99b\nJUGnD\n...\n\n   echo, status + sum, stamp + sum, lines of 64 characters + sum, empty line
 //! ```
 //!
-//! | room | takes | gives |
-//! |---|---|---|
-//! | [`encoding`] | characters | numbers, sums |
-//! | [`frame`] | bytes in any chunking | [`Message`]s |
-//! | [`status`] | two characters | what they mean for that command |
-//! | [`command`] | a request | its bytes; from a message, its reply |
-//! | [`scan`] | values | a [`RawScan`] with its codes kept, typed [`Reading`]s |
-//! | [`sensor`] | bytes, instants, requests | the dialogue's [`Action`]s |
-//! | [`twin`] | the device's side: bytes and instants | bytes, from the protocol document alone |
-//!
-//! The crate has no clock, no thread and no port. The law of its use: **one input, then drain all actions, then the
-//! next input.**
+//! [`ScipDriver`] runs the dialogue: requests, bytes and instants in, [`LaserAction`]s out. [`command`] has each
+//! request with its reply, [`Framer`] cuts bytes into [`ScipMessage`]s, [`emulator`] is the device's side. The crate has
+//! no clock, thread or port. After every input, drain all actions before the next one:
 //!
 //! ```
+//! use scip::{LaserAction, ScipDriver, ScipOptions};
 //! use std::time::Duration;
-//! use scip::{Action, Sensor, SensorOptions};
 //!
-//! let mut sensor = Sensor::new(SensorOptions::default());
-//! sensor.connect(Duration::ZERO);
-//! // The first word is QT: the device may still be streaming for a host that crashed.
-//! assert_eq!(sensor.poll_action(), Some(Action::Send(b"QT\n".to_vec())));
-//! sensor.handle_bytes(b"QT\nE\n\n", Duration::from_millis(90)); // still speaking SCIP 1.1
-//! assert_eq!(sensor.poll_action(), Some(Action::Send(b"SCIP2.0\n".to_vec())));
+//! let mut driver = ScipDriver::new(ScipOptions::default());
+//! driver.connect(Duration::ZERO);
+//! // QT comes first: the device may still be streaming for a host that crashed.
+//! assert_eq!(driver.poll_action(), Some(LaserAction::Send(b"QT\n".to_vec())));
+//! driver.handle_bytes(b"QT\nE\n\n", Duration::from_millis(90)); // still in SCIP 1.1
+//! assert_eq!(driver.poll_action(), Some(LaserAction::Send(b"SCIP2.0\n".to_vec())));
 //! ```
 
 pub mod command;
 pub mod constants;
+mod driver;
+pub mod emulator;
 pub mod encoding;
-pub mod error;
-pub mod frame;
-pub mod scan;
-pub mod sensor;
-pub mod stamp;
-pub mod status;
-pub mod twin;
+mod error;
+mod frame;
+mod scan;
+mod stamp;
+mod status;
 
-pub use command::info::Info;
-pub use command::parameters::Parameters;
-pub use command::setting::Setting;
-pub use error::{ReplyError, SensorError};
-pub use frame::{Framer, Message};
-pub use scan::{Coding, RawScan, Reading};
-pub use sensor::{
-    Action, Event, Identity, RecoveryCause, RecoveryStep, Rejection, Sensor, SensorOptions,
-    StreamPlan,
+pub use command::parameters::LaserParameters;
+pub use driver::{
+    LaserAction, LaserEvent, LaserIdentity, RecoveryCause, RecoveryStep, Rejection, ScipDriver,
+    ScipError, ScipOptions, StreamPlan,
 };
+pub use error::{ReplyError, Shown};
+pub use frame::{Framer, ScipMessage};
+pub use scan::{LaserScan, ValueCoding};
 pub use stamp::{STAMP_MODULUS_MS, stamp_advance_ms};
-pub use status::{Command, Meaning, StatusCode};
-
-/// Time since an origin the caller chose, on a clock that never goes back. All instants given to one [`Sensor`] must
-/// share that origin.
-pub type Instant = std::time::Duration;
+pub use status::{ParameterError, ScipCommand, StatusCode, StatusMeaning};

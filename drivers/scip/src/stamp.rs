@@ -1,10 +1,10 @@
-//! The sensor's timer: 24 bits of milliseconds, zero at power-up and after `RS` (protocol section 8).
+//! The sensor's timer: 24 bits of milliseconds, zero at power-up and after `RS` (scip2 section 8).
 
 /// The timer wraps here: 2^24 ms = 4 h 39 min 37.216 s.
 pub const STAMP_MODULUS_MS: u32 = 1 << 24;
 
-/// Milliseconds the timer ran from `earlier` to `later`, both 24-bit stamps, across at most one wrap. A stamp that went
-/// back gives a very large advance.
+/// Milliseconds from `earlier` to `later`, both 24-bit stamps, across at most one wrap. A stamp that went back gives a
+/// very large advance.
 #[must_use]
 pub fn stamp_advance_ms(earlier: u32, later: u32) -> u32 {
     later.wrapping_sub(earlier) & (STAMP_MODULUS_MS - 1)

@@ -1,11 +1,12 @@
-//! Whatever comes: no panic, bounded memory, and no message with a wrong sum becomes a scan.
+//! Arbitrary input: no panic, bounded memory, and no message with a wrong sum becomes a scan.
 
 mod common;
 
-use common::{Dice, Story, chunks, drain, scan_message};
+use common::{ScriptedLaser, SplitMix64, chunks, drain, scan_message};
 use scip::constants::MAX_MESSAGE_BYTES;
 use scip::encoding::checked_body;
-use scip::{Coding, Event, Framer, Instant, Sensor, SensorOptions, StreamPlan};
+use scip::{Framer, LaserEvent, ScipDriver, ScipOptions, StreamPlan, ValueCoding};
+use std::time::Duration;
 
 const ECHO: &str = "MD0044012501000";
 const PLAN: StreamPlan = StreamPlan {
@@ -13,13 +14,13 @@ const PLAN: StreamPlan = StreamPlan {
     last_step: 125,
     cluster: 1,
     interval: 0,
-    coding: Coding::ThreeCharacter,
+    coding: ValueCoding::ThreeCharacter,
     count: 0,
 };
 
 /// Options under which the dialogue does not give up however bad the line.
-fn patient() -> SensorOptions {
-    SensorOptions {
+fn patient() -> ScipOptions {
+    ScipOptions {
         damaged_in_a_row: u8::MAX,
         jumps_in_a_row: u8::MAX,
         stale_repeats: u8::MAX,
@@ -27,20 +28,23 @@ fn patient() -> SensorOptions {
     }
 }
 
-fn streaming(options: SensorOptions) -> Story {
-    let mut story = Story::connected(Sensor::new(options));
-    story.sensor.start_streaming(PLAN, story.now).expect("idle");
-    story.turn("MD0044012501000\n", "MD0044012501000\n00P\n\n");
-    assert_eq!(story.take_events(), [Event::Streaming]);
-    story
+fn streaming(options: ScipOptions) -> ScriptedLaser {
+    let mut script = ScriptedLaser::connected(ScipDriver::new(options));
+    script
+        .driver
+        .start_streaming(PLAN, script.now)
+        .expect("idle");
+    script.exchange("MD0044012501000\n", "MD0044012501000\n00P\n\n");
+    assert_eq!(script.take_events(), [LaserEvent::Streaming]);
+    script
 }
 
-fn scans(count: u32, dice: &mut Dice) -> Vec<(u32, Vec<u32>)> {
+fn scans(count: u32, rng: &mut SplitMix64) -> Vec<(u32, Vec<u32>)> {
     (0..count)
         .map(|k| {
             (
                 1000 + 100 * k,
-                (0..82).map(|_| dice.below(5600) as u32).collect(),
+                (0..82).map(|_| rng.below(5600) as u32).collect(),
             )
         })
         .collect()
@@ -49,14 +53,14 @@ fn scans(count: u32, dice: &mut Dice) -> Vec<(u32, Vec<u32>)> {
 #[test]
 fn seeded_garbage_at_every_stage() {
     for seed in 0..200 {
-        let mut dice = Dice(seed);
-        let mut story = if seed % 2 == 0 {
+        let mut rng = SplitMix64(seed);
+        let mut script = if seed % 2 == 0 {
             streaming(patient())
         } else {
-            Story::new(Sensor::new(patient()))
+            ScriptedLaser::new(ScipDriver::new(patient()))
         };
         if seed % 4 == 1 {
-            story.sensor.connect(story.now);
+            script.driver.connect(script.now);
         }
         // Alphabets from "all bytes" to "nearly the protocol's own".
         let alphabet: Vec<u8> = match seed % 3 {
@@ -65,17 +69,17 @@ fn seeded_garbage_at_every_stage() {
             _ => (0x30..0x70).chain([b'\n']).collect(),
         };
         let garbage: Vec<u8> = (0..20_000)
-            .map(|_| alphabet[dice.below(alphabet.len())])
+            .map(|_| alphabet[rng.below(alphabet.len())])
             .collect();
-        for chunk in chunks(&garbage, 500, &mut dice) {
-            story.now += Instant::from_millis(7);
-            story.sensor.handle_bytes(&chunk, story.now);
-            story.sensor.handle_deadline(story.now);
-            let (_, events) = drain(&mut story.sensor);
+        for chunk in chunks(&garbage, 500, &mut rng) {
+            script.now += Duration::from_millis(7);
+            script.driver.handle_bytes(&chunk, script.now);
+            script.driver.handle_deadline(script.now);
+            let (_, events) = drain(&mut script.driver);
             assert!(
                 !events
                     .iter()
-                    .any(|event| matches!(event, Event::Scan { .. })),
+                    .any(|event| matches!(event, LaserEvent::Scan { .. })),
                 "seed {seed}"
             );
         }
@@ -92,7 +96,7 @@ fn floods_without_an_end_never_grow_memory() {
     ] {
         let mut framer = Framer::default();
         for _ in 0..1000 {
-            assert_eq!(framer.take(&mut &*flood, Instant::ZERO), None);
+            assert_eq!(framer.take(&mut &*flood, Duration::ZERO), None);
             assert!(framer.held_bytes() <= MAX_MESSAGE_BYTES);
         }
         assert_eq!(
@@ -102,14 +106,14 @@ fn floods_without_an_end_never_grow_memory() {
         );
 
         // In the dialogue too: the scan after the next empty line is taken.
-        let mut story = streaming(SensorOptions::default());
-        story.sensor.handle_bytes(flood, story.now);
-        story.sensor.handle_bytes(&flood.repeat(8), story.now);
-        story.sensor.handle_bytes(b"\n\n", story.now);
-        story.reply(scan_message(ECHO, "99", 1000, &[500; 82]));
-        let (_, events) = drain(&mut story.sensor);
+        let mut script = streaming(ScipOptions::default());
+        script.driver.handle_bytes(flood, script.now);
+        script.driver.handle_bytes(&flood.repeat(8), script.now);
+        script.driver.handle_bytes(b"\n\n", script.now);
+        script.reply(scan_message(ECHO, "99", 1000, &[500; 82]));
+        let (_, events) = drain(&mut script.driver);
         assert!(
-            matches!(events.last(), Some(Event::Scan { .. })),
+            matches!(events.last(), Some(LaserEvent::Scan { .. })),
             "{events:?}"
         );
     }
@@ -134,8 +138,8 @@ fn intact(stream: &[u8], originals: &[Vec<u8>]) -> usize {
 
 #[test]
 fn one_flipped_bit_costs_its_scan_and_no_more_than_its_neighbour() {
-    let mut dice = Dice(11);
-    let scans = scans(3, &mut dice);
+    let mut rng = SplitMix64(11);
+    let scans = scans(3, &mut rng);
     let originals: Vec<Vec<u8>> = scans
         .iter()
         .map(|(stamp, ranges)| scan_message(ECHO, "99", *stamp, ranges))
@@ -143,12 +147,12 @@ fn one_flipped_bit_costs_its_scan_and_no_more_than_its_neighbour() {
     let clean = originals.concat();
     for position in 0..clean.len() {
         let mut stream = clean.clone();
-        stream[position] ^= 1 << dice.below(8);
-        let mut story = streaming(patient());
-        story.sensor.handle_bytes(&stream, story.now);
+        stream[position] ^= 1 << rng.below(8);
+        let mut script = streaming(patient());
+        script.driver.handle_bytes(&stream, script.now);
         let mut accepted = 0;
-        for event in drain(&mut story.sensor).1 {
-            if let Event::Scan { scan, .. } = event {
+        for event in drain(&mut script.driver).1 {
+            if let LaserEvent::Scan { scan, .. } = event {
                 assert!(
                     scans.contains(&(scan.stamp_ms, scan.ranges)),
                     "a scan nobody sent, position {position}"
@@ -164,30 +168,30 @@ fn one_flipped_bit_costs_its_scan_and_no_more_than_its_neighbour() {
 #[test]
 fn many_flips_drops_and_insertions_never_make_a_scan_with_a_wrong_sum() {
     for seed in 0..300 {
-        let mut dice = Dice(1000 + seed);
-        let scans = scans(20, &mut dice);
+        let mut rng = SplitMix64(1000 + seed);
+        let scans = scans(20, &mut rng);
         let mut stream: Vec<u8> = scans
             .iter()
             .flat_map(|(stamp, ranges)| scan_message(ECHO, "99", *stamp, ranges))
             .collect();
-        for _ in 0..dice.below(12) {
-            let at = dice.below(stream.len());
-            match dice.below(4) {
-                0 => stream[at] ^= 1 << dice.below(8),
+        for _ in 0..rng.below(12) {
+            let at = rng.below(stream.len());
+            match rng.below(4) {
+                0 => stream[at] ^= 1 << rng.below(8),
                 1 => drop(stream.remove(at)),
-                2 => stream.insert(at, dice.below(256) as u8),
-                _ => stream.truncate(stream.len() - dice.below(50)),
+                2 => stream.insert(at, rng.below(256) as u8),
+                _ => stream.truncate(stream.len() - rng.below(50)),
             }
         }
-        let mut story = streaming(patient());
-        for chunk in chunks(&stream, 300, &mut dice) {
-            story.sensor.handle_bytes(&chunk, story.now);
+        let mut script = streaming(patient());
+        for chunk in chunks(&stream, 300, &mut rng) {
+            script.driver.handle_bytes(&chunk, script.now);
         }
         // Ask the bytes themselves: the messages whose every line after the echo verifies.
         let mut verified = Vec::new();
         let mut framer = Framer::default();
         let mut rest = stream.as_slice();
-        while let Some(message) = framer.take(&mut rest, Instant::ZERO) {
+        while let Some(message) = framer.take(&mut rest, Duration::ZERO) {
             if message
                 .lines()
                 .skip(1)
@@ -196,18 +200,18 @@ fn many_flips_drops_and_insertions_never_make_a_scan_with_a_wrong_sum() {
                 verified.push(message);
             }
         }
-        let accepted = drain(&mut story.sensor)
+        let accepted = drain(&mut script.driver)
             .1
             .into_iter()
             .filter_map(|event| match event {
-                Event::Scan { scan, .. } => Some(scan),
+                LaserEvent::Scan { scan, .. } => Some(scan),
                 _ => None,
             })
             .collect::<Vec<_>>();
         assert!(accepted.len() <= verified.len(), "seed {seed}");
         for scan in accepted {
             let original = scan_message(ECHO, "99", scan.stamp_ms, &scan.ranges);
-            let same = |message: &scip::Message| message.lines().eq(lines(&original));
+            let same = |message: &scip::ScipMessage| message.lines().eq(lines(&original));
             assert!(
                 verified.iter().any(same),
                 "seed {seed}: accepted though not verified"

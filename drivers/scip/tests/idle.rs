@@ -1,29 +1,29 @@
-//! What is asked of an idle sensor: time exchange, `II`, single scans. Byte by byte.
+//! What is asked of an idle laser: the time exchange. Byte by byte.
 
 mod common;
 
-use common::{II, Story, scan_message};
-use scip::command::span::Span;
-use scip::{Coding, Event, Instant, Sensor, SensorError, SensorOptions};
+use common::ScriptedLaser;
+use scip::{LaserEvent, ScipDriver, ScipError, ScipOptions};
+use std::time::Duration;
 
 #[test]
 fn a_time_exchange_pairs_instants_with_the_timer() {
-    let mut story = Story::connected(Sensor::new(SensorOptions::default()));
-    story.sensor.exchange_time(2, story.now).expect("idle");
-    story.turn("TM0\n", "TM0\n00P\n\n");
-    let sent = story.now;
-    story.turn("TM1\n", "TM1\n00P\n<SfkP\n\n");
-    story.turn("TM1\n", "TM1\n00P\nJUGnD\n\n");
-    story.turn("TM2\n", "TM2\n00P\n\n");
-    let events = story.take_events();
-    let [first, second, Event::TimeExchanged { samples: 2 }] = events.as_slice() else {
+    let mut script = ScriptedLaser::connected(ScipDriver::new(ScipOptions::default()));
+    script.driver.exchange_time(2, script.now).expect("idle");
+    script.exchange("TM0\n", "TM0\n00P\n\n");
+    let sent = script.now;
+    script.exchange("TM1\n", "TM1\n00P\n<SfkP\n\n");
+    script.exchange("TM1\n", "TM1\n00P\nJUGnD\n\n");
+    script.exchange("TM2\n", "TM2\n00P\n\n");
+    let events = script.take_events();
+    let [first, second, LaserEvent::TimeExchanged { samples: 2 }] = events.as_slice() else {
         panic!("{events:?}")
     };
-    let received = sent + Instant::from_millis(95);
+    let received = sent + Duration::from_millis(95);
     let stamp_ms = scip::encoding::decode(b"<Sfk").expect("valid");
     assert_eq!(
         *first,
-        Event::TimeSample {
+        LaserEvent::TimeSample {
             sent,
             received,
             stamp_ms
@@ -31,7 +31,7 @@ fn a_time_exchange_pairs_instants_with_the_timer() {
     );
     assert!(matches!(
         second,
-        Event::TimeSample {
+        LaserEvent::TimeSample {
             stamp_ms: 6_968_830,
             ..
         }
@@ -40,21 +40,21 @@ fn a_time_exchange_pairs_instants_with_the_timer() {
 
 #[test]
 fn a_lost_time_ends_the_exchange_so_that_no_late_one_is_taken_for_another() {
-    let mut story = Story::connected(Sensor::new(SensorOptions::default()));
-    story.sensor.exchange_time(5, story.now).expect("idle");
-    story.turn("TM0\n", "TM0\n00P\n\n");
-    story.turn("TM1\n", "TM1\n00P\n<SfkP\n\n");
-    story.expect_sent(&["TM1\n"]);
-    story.silence();
+    let mut script = ScriptedLaser::connected(ScipDriver::new(ScipOptions::default()));
+    script.driver.exchange_time(5, script.now).expect("idle");
+    script.exchange("TM0\n", "TM0\n00P\n\n");
+    script.exchange("TM1\n", "TM1\n00P\n<SfkP\n\n");
+    script.expect_sent(&["TM1\n"]);
+    script.time_out();
     // The late answer comes before TM2's and is nobody's.
-    story.turn("TM2\n", "TM1\n00P\n<SfkP\n\nTM2\n00P\n\n");
-    let events = story.take_events();
+    script.exchange("TM2\n", "TM1\n00P\n<SfkP\n\nTM2\n00P\n\n");
+    let events = script.take_events();
     assert!(
         matches!(
             events.as_slice(),
             [
-                Event::TimeSample { .. },
-                Event::TimeExchanged { samples: 1 }
+                LaserEvent::TimeSample { .. },
+                LaserEvent::TimeExchanged { samples: 1 }
             ]
         ),
         "{events:?}"
@@ -63,76 +63,48 @@ fn a_lost_time_ends_the_exchange_so_that_no_late_one_is_taken_for_another() {
 
 #[test]
 fn stopping_in_time_adjust_leaves_it() {
-    let mut story = Story::connected(Sensor::new(SensorOptions::default()));
-    story.sensor.exchange_time(5, story.now).expect("idle");
-    story.turn("TM0\n", "TM0\n00P\n\n");
-    story.sensor.stop(story.now);
-    story.expect_sent(&["TM1\n", "QT\n"]);
-    story.reply("TM1\n00P\n<SfkP\n\nQT\n0Ee\n\n");
-    story.turn("TM2\n", "TM2\n00P\n\n");
-    story.turn("QT\n", "QT\n00P\n\n");
-    assert_eq!(story.take_events(), [Event::Stopped]);
-}
-
-#[test]
-fn info_and_single_scans() {
-    let mut story = Story::connected(Sensor::new(SensorOptions::default()));
-    story.sensor.query_info(story.now).expect("idle");
-    story.turn("II\n", II);
-    assert!(
-        matches!(story.take_events().as_slice(), [Event::Info(info)] if info.time_ms == Some(0x1957))
-    );
-
-    let span = Span {
-        first_step: 44,
-        last_step: 725,
-        cluster: 1,
-        coding: Coding::ThreeCharacter,
-    };
-    story.sensor.single(span, story.now).expect("idle");
-    story.turn("BM\n", "BM\n02R\n\n");
-    story.turn(
-        "GD0044072501\n",
-        scan_message("GD0044072501", "00", 77, &[500; 682]),
-    );
-    let events = story.take_events();
-    assert!(
-        matches!(events.as_slice(), [Event::Scan { scan, .. }] if scan.stamp_ms == 77),
-        "{events:?}"
-    );
+    let mut script = ScriptedLaser::connected(ScipDriver::new(ScipOptions::default()));
+    script.driver.exchange_time(5, script.now).expect("idle");
+    script.exchange("TM0\n", "TM0\n00P\n\n");
+    script.driver.stop(script.now);
+    script.expect_sent(&["TM1\n", "QT\n"]);
+    script.reply("TM1\n00P\n<SfkP\n\nQT\n0Ee\n\n");
+    script.exchange("TM2\n", "TM2\n00P\n\n");
+    script.exchange("QT\n", "QT\n00P\n\n");
+    assert_eq!(script.take_events(), [LaserEvent::Stopped]);
 }
 
 #[test]
 fn a_refused_time_adjust_fails_and_leaves_the_sensor_idle() {
-    let mut story = Story::connected(Sensor::new(SensorOptions::default()));
-    story.sensor.exchange_time(3, story.now).expect("idle");
-    story.expect_sent(&["TM0\n"]);
+    let mut script = ScriptedLaser::connected(ScipDriver::new(ScipOptions::default()));
+    script.driver.exchange_time(3, script.now).expect("idle");
+    script.expect_sent(&["TM0\n"]);
     for _ in 0..2 {
-        story.reply("TM0\n0Ee\n\n");
-        story.silence();
-        story.expect_sent(&["TM0\n"]);
+        script.reply("TM0\n0Ee\n\n");
+        script.time_out();
+        script.expect_sent(&["TM0\n"]);
     }
-    story.silence();
-    story.turn("TM2\n", "TM2\n0Ee\n\n");
-    story.silence();
-    story.turn("TM2\n", "TM2\n03S\n\n");
-    let events = story.take_events();
+    script.time_out();
+    script.exchange("TM2\n", "TM2\n0Ee\n\n");
+    script.time_out();
+    script.exchange("TM2\n", "TM2\n03S\n\n");
+    let events = script.take_events();
     assert!(
         matches!(
             events.last(),
-            Some(Event::Failed(SensorError::BadReply { .. }))
+            Some(LaserEvent::Failed(ScipError::BadReply { .. }))
         ),
         "{events:?}"
     );
-    assert!(story.sensor.query_info(story.now).is_ok());
+    assert!(script.driver.exchange_time(1, script.now).is_ok());
 }
 
 #[test]
 fn unasked_for_messages_are_counted() {
-    let mut story = Story::connected(Sensor::new(SensorOptions::default()));
-    story.reply("QT\n00P\n\n");
+    let mut script = ScriptedLaser::connected(ScipDriver::new(ScipOptions::default()));
+    script.reply("QT\n00P\n\n");
     assert!(matches!(
-        story.take_events().as_slice(),
-        [Event::Rejected { total: 1, .. }]
+        script.take_events().as_slice(),
+        [LaserEvent::Rejected { total: 1, .. }]
     ));
 }

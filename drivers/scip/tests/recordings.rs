@@ -2,30 +2,46 @@
 
 mod common;
 
-use common::{Dice, chunks, recording};
-use scip::command::Request;
+use common::{SplitMix64, chunks, recording};
+use scip::command::ScipRequest;
 use scip::command::info::ReadInfo;
-use scip::command::laser::LaserOn;
-use scip::command::motor_speed::SetMotorSpeed;
 use scip::command::parameters::ReadParameters;
-use scip::command::single::MeasureOnce;
-use scip::command::span::Span;
+use scip::command::span::ScanSpan;
+use scip::command::stream::{StreamReply, StreamRequest};
 use scip::command::version::ReadVersion;
-use scip::{Coding, Framer, Instant, Message, Parameters, RawScan, Reading};
+use scip::{Framer, LaserParameters, LaserScan, ScipMessage, StatusCode, ValueCoding};
+use std::time::Duration;
 
-const FULL: Span = Span {
-    first_step: 44,
-    last_step: 725,
-    cluster: 1,
-    coding: Coding::ThreeCharacter,
+const FULL: StreamRequest = StreamRequest {
+    span: ScanSpan {
+        first_step: 44,
+        last_step: 725,
+        cluster: 1,
+        coding: ValueCoding::ThreeCharacter,
+    },
+    interval: 0,
+    count: 0,
 };
 
-fn messages(chunks: &[Vec<u8>]) -> Vec<Message> {
+/// The scan of a recorded `GD` reply. The driver asks for scans by `MD` alone, whose replies differ in the echo and the
+/// status line only.
+fn scan(message: &ScipMessage) -> LaserScan {
+    assert_eq!(message.status(), Ok(StatusCode::Code(*b"00")));
+    let data: Vec<&[u8]> = message.body().collect();
+    let text = [b"MD0044072501000\n99b\n", &*data.join(&b'\n'), b"\n\n"].concat();
+    let streamed = messages(&[text]).remove(0);
+    match FULL.parse(&streamed).expect("every sum is right") {
+        StreamReply::Scan(scan) => scan,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn messages(chunks: &[Vec<u8>]) -> Vec<ScipMessage> {
     let mut framer = Framer::default();
     let mut all = Vec::new();
     for chunk in chunks {
         let mut rest = chunk.as_slice();
-        while let Some(message) = framer.take(&mut rest, Instant::ZERO) {
+        while let Some(message) = framer.take(&mut rest, Duration::ZERO) {
             all.push(message);
         }
     }
@@ -38,21 +54,19 @@ fn messages(chunks: &[Vec<u8>]) -> Vec<Message> {
 }
 
 /// Every message read by the request it answers; the scans among them. Every sum must be right.
-fn read_all(messages: &[Message]) -> Vec<RawScan> {
+fn read_all(messages: &[ScipMessage]) -> Vec<LaserScan> {
     let mut scans = Vec::new();
     for message in messages {
         match message.echo() {
             b"VV" => assert_eq!(ReadVersion.parse(message).expect("VV").serial, "H0706400"),
             b"PP" => assert_eq!(
                 ReadParameters.parse(message).expect("PP").parameters,
-                Parameters::URG_04LX
+                LaserParameters::URG_04LX
             ),
             b"II" => assert_eq!(ReadInfo.parse(message).expect("II").laser_on, Some(true)),
-            b"BM" => LaserOn.parse(message).expect("BM 02 is already on"),
-            b"CR00" => SetMotorSpeed::Default
-                .parse(message)
-                .expect("CR 03 is already so"),
-            b"GD0044072501" => scans.push(MeasureOnce(FULL).parse(message).expect("GD")),
+            b"BM" => assert_eq!(message.status(), Ok(StatusCode::Code(*b"02"))),
+            b"CR00" => assert_eq!(message.status(), Ok(StatusCode::Code(*b"03"))),
+            b"GD0044072501" => scans.push(scan(message)),
             other => panic!("unknown message {}", other.escape_ascii()),
         }
     }
@@ -60,16 +74,16 @@ fn read_all(messages: &[Message]) -> Vec<RawScan> {
 }
 
 /// Whole, byte by byte, and in random chunks: always the same.
-fn in_every_chunking(bytes: &[u8]) -> Vec<Message> {
+fn in_every_chunking(bytes: &[u8]) -> Vec<ScipMessage> {
     let whole = messages(&[bytes.to_vec()]);
     assert_eq!(
         messages(&bytes.iter().map(|byte| vec![*byte]).collect::<Vec<_>>()),
         whole
     );
     for seed in 0..50 {
-        let mut dice = Dice(seed);
+        let mut rng = SplitMix64(seed);
         assert_eq!(
-            messages(&chunks(bytes, 1 + dice.below(200), &mut dice)),
+            messages(&chunks(bytes, 1 + rng.below(200), &mut rng)),
             whole,
             "seed {seed}"
         );
@@ -120,18 +134,11 @@ fn one_scan_of_a_ug01() {
     assert_eq!(messages.len(), 1);
     let scans = read_all(&messages);
     assert_eq!(scans[0].ranges.len(), 682);
-    let readings: Vec<_> = scans[0].readings(&Parameters::URG_04LX).collect();
-    let codes: std::collections::BTreeSet<_> = readings
+    let (codes, distances): (Vec<u32>, Vec<u32>) = scans[0]
+        .ranges
         .iter()
-        .filter_map(|reading| match reading {
-            Reading::Code(code) => Some(*code),
-            Reading::Range(_) | Reading::Beyond => None,
-        })
-        .collect();
+        .partition(|value| **value < LaserParameters::URG_04LX.dmin_mm);
+    let codes: std::collections::BTreeSet<_> = codes.into_iter().collect();
     assert_eq!(codes.into_iter().collect::<Vec<_>>(), [0, 6, 7]);
-    let farthest = readings.iter().filter_map(|reading| match reading {
-        Reading::Range(range_mm) => Some(*range_mm),
-        Reading::Code(_) | Reading::Beyond => None,
-    });
-    assert_eq!(farthest.max(), Some(5461));
+    assert_eq!(distances.into_iter().max(), Some(5461));
 }

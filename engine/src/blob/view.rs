@@ -1,5 +1,5 @@
-//! A view as bytes: version, origin, noise law, tilt axis, points, empty directions; little-endian f64, so that what is
-//! judged again is what was judged.
+//! Stored form of a view: version, origin, free range, noise law, tilt axis, points, directions without a return;
+//! little-endian f64, so that a comparison can be repeated exactly.
 
 use super::error::BlobError;
 use crate::geometry::{NoiseLaw, View};
@@ -7,12 +7,12 @@ use nalgebra::{Point3, Unit, Vector3};
 
 const VERSION: u8 = 1;
 
-/// Numbers before the points: origin, free range, noise law, tilt axis, the two counts.
-const HEADER: usize = 11;
+/// Numbers before the points: origin (3), free range, noise law (2), tilt axis (3), two counts.
+const HEADER_NUMBERS: usize = 11;
 
-/// Bytes of a view.
-pub fn encode(view: &View) -> Vec<u8> {
-    let numbers = HEADER + 3 * (view.points.len() + view.no_return.len());
+/// Encodes a view.
+pub fn encode_view(view: &View) -> Vec<u8> {
+    let numbers = HEADER_NUMBERS + 3 * (view.points.len() + view.no_return.len());
     let mut bytes = Vec::with_capacity(1 + 8 * numbers);
     bytes.push(VERSION);
     let mut put = |x: f64| bytes.extend_from_slice(&x.to_le_bytes());
@@ -20,7 +20,7 @@ pub fn encode(view: &View) -> Vec<u8> {
         at_zero_m: f64::NAN,
         per_m: f64::NAN,
     });
-    // What is not known stands as no number.
+    // Unknown values are stored as NaN.
     let axis = view
         .tilt_axis
         .map_or([f64::NAN; 3], |axis| axis.into_inner().into());
@@ -48,11 +48,11 @@ pub fn encode(view: &View) -> Vec<u8> {
     bytes
 }
 
-/// The view that [`encode`] wrote.
+/// Decodes what [`encode_view`] wrote; `name` of the sweep is for the error.
 ///
 /// # Errors
-/// [`BlobError`] with what was expected.
-pub fn decode(name: &str, bytes: &[u8]) -> Result<View, BlobError> {
+/// Another version, or another number of bytes than the header announces.
+pub fn decode_view(name: &str, bytes: &[u8]) -> Result<View, BlobError> {
     let error = |expected: &str, got: String| BlobError {
         what: format!("stored sweep {name}"),
         expected: expected.to_owned(),
@@ -74,29 +74,29 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<View, BlobError> {
         axis_x,
         axis_y,
         axis_z,
-        points,
-        empty,
+        point_count,
+        no_return_count,
         ..,
     ] = numbers[..]
     else {
         return Err(error(
-            &format!("a header of {HEADER} numbers"),
+            &format!("a header of {HEADER_NUMBERS} numbers"),
             format!("{}", numbers.len()),
         ));
     };
-    let expected = HEADER as f64 + 3.0 * (points + empty);
+    let expected = HEADER_NUMBERS as f64 + 3.0 * (point_count + no_return_count);
     if expected != numbers.len() as f64 || !rest.is_empty() {
         return Err(error(
             &format!("{expected} numbers"),
             format!("{} bytes", bytes.len()),
         ));
     }
-    let split = HEADER + 3 * points as usize;
-    let (places, _) = numbers[HEADER..split].as_chunks::<3>();
+    let split = HEADER_NUMBERS + 3 * point_count as usize;
+    let (points, _) = numbers[HEADER_NUMBERS..split].as_chunks::<3>();
     let (directions, _) = numbers[split..].as_chunks::<3>();
     Ok(View {
         origin: Point3::new(x, y, z),
-        points: places.iter().map(|p| Point3::from(*p)).collect(),
+        points: points.iter().map(|p| Point3::from(*p)).collect(),
         no_return: directions
             .iter()
             .map(|d| Unit::new_unchecked(Vector3::from(*d)))
@@ -113,7 +113,7 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<View, BlobError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{decode, encode};
+    use super::{decode_view, encode_view};
     use crate::geometry::{NoiseLaw, View};
     use nalgebra::{Point3, Vector3};
 
@@ -135,21 +135,21 @@ mod tests {
     }
 
     #[test]
-    fn a_view_comes_back_bit_for_bit() {
-        let bytes = encode(&view());
-        assert_eq!(decode("x", &bytes).expect("reads"), view());
-        let bare = View::bare(vec![Point3::origin()], Point3::origin());
-        assert_eq!(decode("x", &encode(&bare)).expect("reads"), bare);
+    fn a_view_is_decoded_bit_for_bit() {
+        let bytes = encode_view(&view());
+        assert_eq!(decode_view("x", &bytes).expect("reads"), view());
+        let bare = View::from_points(vec![Point3::origin()], Point3::origin());
+        assert_eq!(decode_view("x", &encode_view(&bare)).expect("reads"), bare);
     }
 
     #[test]
-    fn cut_or_foreign_bytes_are_refused() {
-        let bytes = encode(&view());
+    fn truncated_or_foreign_bytes_are_refused() {
+        let bytes = encode_view(&view());
         for cut in 0..bytes.len() {
-            assert!(decode("x", &bytes[..cut]).is_err(), "cut at {cut}");
+            assert!(decode_view("x", &bytes[..cut]).is_err(), "cut at {cut}");
         }
         let mut foreign = bytes;
         foreign[0] = 9;
-        assert!(decode("x", &foreign).is_err());
+        assert!(decode_view("x", &foreign).is_err());
     }
 }

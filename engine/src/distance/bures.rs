@@ -1,16 +1,16 @@
-//! Wasserstein-2 between Gaussians: a fast way for most pairs, an exact way for the rest.
+//! Wasserstein-2 between Gaussians: by a closed form where it is accurate, by a polar decomposition elsewhere.
 
-use super::constants::{FAST_ERROR, FAST_SHARE};
+use super::constants::{CLOSED_FORM_MAX_ERROR, CLOSED_FORM_MIN_SHARE};
 use crate::mixture::Gaussian;
-use crate::mixture::symmetric::{Eigen, OneSided};
+use crate::mixture::linalg::{Eigen, OneSidedSvd};
 use nalgebra::{Matrix3, Point3};
 
-/// Newton steps of the fast way; it converges quadratically from above and needs some five.
-const NEWTON_STEPS: usize = 30;
+/// Newton steps of the closed form; it converges quadratically from above and needs some five.
+const MAX_NEWTON_STEPS: usize = 30;
 
-/// A Gaussian with what its distances need, made once.
+/// A Gaussian with what its distances to others need.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bures {
+pub(super) struct BuresGaussian {
     mean: Point3<f64>,
     covariance: Matrix3<f64>,
     root: Matrix3<f64>,
@@ -21,9 +21,9 @@ pub(super) struct Bures {
     root_determinant: f64,
 }
 
-impl Bures {
+impl BuresGaussian {
     pub(super) fn new(g: &Gaussian) -> Self {
-        let eigen = Eigen::of(&g.covariance);
+        let eigen = Eigen::new(&g.covariance);
         let [a, b, c] = [0, 1, 2].map(|i| eigen.values[i].max(0.0));
         let minors = Eigen {
             values: [b * c, a * c, a * b].into(),
@@ -51,24 +51,24 @@ impl Bures {
         let traces = self.trace + other.trace;
         if let Some(fidelity) = self.fidelity(other) {
             let squared = apart + (traces - 2.0 * fidelity);
-            if squared > FAST_SHARE * traces {
+            if squared > CLOSED_FORM_MIN_SHARE * traces {
                 return squared.sqrt();
             }
         }
         (apart + self.shape_squared(other)).sqrt()
     }
 
-    /// `|A - B U|_F^2` with A, B the square roots of the covariances and U the rotation that brings
-    /// them nearest (Bhatia, Jain and Lim 2019): no difference of large numbers, and no volume needed.
+    /// `|A - B U|_F^2` with A, B the square roots of the covariances and U the polar factor of B A (Bhatia, Jain and Lim
+    /// 2019). No cancellation, and singular covariances are allowed.
     fn shape_squared(&self, other: &Self) -> f64 {
-        let turn = OneSided::of(&(other.root * self.root)).polar();
-        (self.root - other.root * turn).norm_squared()
+        let polar = OneSidedSvd::new(&(other.root * self.root)).polar();
+        (self.root - other.root * polar).norm_squared()
     }
 
-    /// t = tr (A S_b A)^1/2, from the three invariants of A S_b A with the eigenvalues s_i^2: I1 = tr
-    /// S_a S_b, I2 = tr adj S_a adj S_b and p = s1 s2 s3. As t^2 = I1 + 2 (s1 s2 + s1 s3 + s2 s3) and the
-    /// bracket's square is I2 + 2 p t, t is the one root of a convex function, met from above. All
-    /// terms are positive; `None` where I1 or I2 themselves cancelled too far.
+    /// t = tr (A S_b A)^1/2, from the three invariants of A S_b A with the eigenvalues s_i^2: I1 = tr S_a S_b,
+    /// I2 = tr adj S_a adj S_b and p = s1 s2 s3. As t^2 = I1 + 2 (s1 s2 + s1 s3 + s2 s3) and the bracket's square is
+    /// I2 + 2 p t, t is the only root of a convex function, found by Newton steps from above. `None` where rounding of I1
+    /// or I2 is too large.
     fn fidelity(&self, other: &Self) -> Option<f64> {
         let first = self.covariance.dot(&other.covariance);
         let second = self.adjugate.dot(&other.adjugate).max(0.0);
@@ -78,7 +78,7 @@ impl Bures {
         }
         let mut t = (3.0 * first).sqrt();
         let mut pairs = 0.0;
-        for _ in 0..NEWTON_STEPS {
+        for _ in 0..MAX_NEWTON_STEPS {
             pairs = (second + 2.0 * third * t).sqrt();
             if pairs <= 0.0 {
                 return None;
@@ -90,13 +90,13 @@ impl Bures {
             }
         }
         let lost = self.norm * other.norm + self.adjugate_norm * other.adjugate_norm / pairs;
-        (4.0 * f64::EPSILON * lost <= FAST_ERROR * t * t).then_some(t)
+        (4.0 * f64::EPSILON * lost <= CLOSED_FORM_MAX_ERROR * t * t).then_some(t)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Bures;
+    use super::BuresGaussian;
     use crate::mixture::Gaussian;
     use nalgebra::{Matrix3, Point3};
     use proptest::prelude::*;
@@ -104,11 +104,11 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
         #[test]
-        fn both_ways_agree(a in proptest::array::uniform9(-1.0..1.0f64), b in proptest::array::uniform9(-1.0..1.0f64), thin in prop_oneof![Just(0.0), Just(1e-6), Just(1e-3), Just(0.1), Just(1.0)]) {
+        fn closed_form_and_polar_form_agree(a in proptest::array::uniform9(-1.0..1.0f64), b in proptest::array::uniform9(-1.0..1.0f64), thin in prop_oneof![Just(0.0), Just(1e-6), Just(1e-3), Just(0.1), Just(1.0)]) {
             let of = |m: &[f64; 9]| {
                 let mut root = Matrix3::from_row_slice(m);
                 root.column_mut(0).scale_mut(thin);
-                Bures::new(&Gaussian { mean: Point3::origin(), covariance: root * root.transpose() })
+                BuresGaussian::new(&Gaussian { mean: Point3::origin(), covariance: root * root.transpose() })
             };
             let (a, b) = (of(&a), of(&b));
             if let Some(t) = a.fidelity(&b) {

@@ -1,6 +1,7 @@
-//! The Earth Mover's Distance between two mixtures (Eq. 5-6).
+//! The Earth Mover's Distance between two mixtures (paper Eq. 5 and 6).
 
-use super::{CostMatrix, DistanceError, Ground, cost_matrix, transport};
+use super::transport::transport;
+use super::{CostMatrix, DistanceError, GroundDistance, cost_matrix};
 use crate::mixture::Mixture;
 
 /// Mass that goes from one component to another.
@@ -16,35 +17,35 @@ pub struct Flow {
     pub distance: f64,
 }
 
-/// The distance with its explanation.
+/// The distance with its plan and duals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Emd {
-    /// d_GMM of Eq. 6, in the unit of the ground distance.
+    /// d_GMM of paper Eq. 6, in the unit of the ground distance.
     pub d: f64,
-    /// The best flows, all positive; their `mass * distance` sum to `d`.
+    /// The optimal flows, all positive; their `mass * distance` sum to `d`.
     pub plan: Vec<Flow>,
-    /// Duals of both mixtures' components: `duals.0[i] + duals.1[j] <= d_ij`, equal where mass flows.
+    /// Dual values of the components of both mixtures: `duals.0[i] + duals.1[j] <= d_ij`, equal where mass flows.
     pub duals: (Vec<f64>, Vec<f64>),
-    /// How far `d` may be above the true optimum; rounding only.
+    /// How far `d` may be above the optimum; rounding only.
     pub duality_gap: f64,
 }
 
-/// Earth Mover's Distance between `a` and `b`. Both are given mass one first: with min{W, U} of Eq. 5 an
-/// added object would go unmatched at no cost.
+/// Earth Mover's Distance between `a` and `b`. Both masses are normalised to one first: with the min{W, U} of paper Eq. 5
+/// an added object would go unmatched at no cost.
 ///
 /// # Errors
 /// A mixture with no mass, or entries that are not finite.
-pub fn emd(a: &Mixture, b: &Mixture, ground: Ground) -> Result<Emd, DistanceError> {
+pub fn emd(a: &Mixture, b: &Mixture, ground: GroundDistance) -> Result<Emd, DistanceError> {
     emd_of_costs(&a.weights, &b.weights, &cost_matrix(a, b, ground))
 }
 
-/// The same from costs already at hand; masses are made to sum to one.
+/// The same from a given cost matrix; masses are normalised to one.
 ///
 /// # Errors
-/// As [`emd`], and a cost matrix of another shape.
+/// As [`emd`], and a cost matrix of another size.
 pub fn emd_of_costs(left: &[f64], right: &[f64], costs: &CostMatrix) -> Result<Emd, DistanceError> {
     let (left, right) = (normalised("left", left)?, normalised("right", right)?);
-    let moved = transport(&left, &right, costs)?;
+    let solution = transport(&left, &right, costs)?;
     let flow = |&(from, to, mass): &(usize, usize, f64)| {
         Some(Flow {
             from,
@@ -54,10 +55,10 @@ pub fn emd_of_costs(left: &[f64], right: &[f64], costs: &CostMatrix) -> Result<E
         })
     };
     Ok(Emd {
-        d: moved.work,
-        plan: moved.plan.iter().filter_map(flow).collect(),
-        duals: (moved.row_duals, moved.column_duals),
-        duality_gap: moved.duality_gap,
+        d: solution.work,
+        plan: solution.plan.iter().filter_map(flow).collect(),
+        duals: (solution.row_duals, solution.column_duals),
+        duality_gap: solution.duality_gap,
     })
 }
 
@@ -79,7 +80,7 @@ fn normalised(side: &'static str, masses: &[f64]) -> Result<Vec<f64>, DistanceEr
 #[cfg(test)]
 mod tests {
     use super::emd;
-    use crate::distance::{DistanceError, Ground};
+    use crate::distance::{DistanceError, GroundDistance};
     use crate::mixture::{Gaussian, Mixture};
     use nalgebra::{Matrix3, Point3, Vector3};
     use proptest::prelude::*;
@@ -105,17 +106,21 @@ mod tests {
         })
     }
 
-    const GROUNDS: [Ground; 3] = [Ground::W2, Ground::Euclid, Ground::Fm];
+    const GROUND_DISTANCES: [GroundDistance; 3] = [
+        GroundDistance::W2,
+        GroundDistance::Euclid,
+        GroundDistance::Fm,
+    ];
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
         #[test]
-        fn laws_of_a_distance(a in mixture(), b in mixture(), c in mixture()) {
-            for ground in GROUNDS {
+        fn emd_is_a_metric_with_a_tight_dual(a in mixture(), b in mixture(), c in mixture()) {
+            for ground in GROUND_DISTANCES {
                 let d = |a: &Mixture, b: &Mixture| emd(a, b, ground).expect("mass").d;
                 prop_assert!(d(&a, &a).abs() < 1e-12);
                 prop_assert!((d(&a, &b) - d(&b, &a)).abs() < 1e-8);
-                if ground != Ground::Fm {
+                if ground != GroundDistance::Fm {
                     prop_assert!(d(&a, &c) <= d(&a, &b) + d(&b, &c) + 1e-9);
                 }
                 let full = emd(&a, &b, ground).expect("mass");
@@ -126,8 +131,8 @@ mod tests {
         }
 
         #[test]
-        fn order_and_splitting_change_nothing(a in mixture(), b in mixture()) {
-            let d = |a: &Mixture| emd(a, &b, Ground::W2).expect("mass").d;
+        fn order_and_splitting_of_components_do_not_matter(a in mixture(), b in mixture()) {
+            let d = |a: &Mixture| emd(a, &b, GroundDistance::W2).expect("mass").d;
             let reversed = Mixture {
                 weights: a.weights.iter().rev().copied().collect(),
                 components: a.components.iter().rev().copied().collect(),
@@ -141,18 +146,18 @@ mod tests {
         }
 
         #[test]
-        fn a_moved_copy_is_as_far_as_it_moved(a in mixture(), by in proptest::array::uniform3(-0.2..0.2f64)) {
+        fn a_translated_copy_is_as_far_as_its_translation(a in mixture(), by in proptest::array::uniform3(-0.2..0.2f64)) {
             let by = Vector3::from(by);
             let mut moved = a.clone();
             moved.components.iter_mut().for_each(|g| g.mean += by);
-            for ground in [Ground::W2, Ground::Euclid] {
+            for ground in [GroundDistance::W2, GroundDistance::Euclid] {
                 prop_assert!((emd(&a, &moved, ground).expect("mass").d - by.norm()).abs() < 1e-12);
             }
         }
     }
 
     #[test]
-    fn worked_example_and_faults() {
+    fn worked_example_and_a_mixture_without_mass() {
         let at = |x: f64| Gaussian {
             mean: Point3::new(x, 0.0, 0.0),
             covariance: Matrix3::zeros(),
@@ -166,12 +171,12 @@ mod tests {
             components: vec![at(0.0), at(3.0)],
         };
         // A quarter goes back by 1 m, a quarter forward by 2 m.
-        let got = emd(&a, &b, Ground::W2).expect("mass");
+        let got = emd(&a, &b, GroundDistance::W2).expect("mass");
         assert!((got.d - 0.75).abs() < 1e-15);
         assert_eq!(got.plan.len(), 3);
         let none = Mixture::default();
         assert_eq!(
-            emd(&a, &none, Ground::W2),
+            emd(&a, &none, GroundDistance::W2),
             Err(DistanceError::NoMass { side: "right" })
         );
     }

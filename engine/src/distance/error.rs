@@ -1,9 +1,9 @@
-//! What can be wrong with masses and costs.
+//! Errors of masses and costs.
 
-/// Why a distance has no answer.
+/// Why a distance could not be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DistanceError {
-    /// One side has no mass, so that nothing can be moved.
+    /// One side has no mass.
     #[error("the {side} side has no mass")]
     NoMass {
         /// `left` or `right`.
@@ -14,12 +14,12 @@ pub enum DistanceError {
     BadMass {
         /// `left` or `right`.
         side: &'static str,
-        /// Which, from 0.
+        /// Index of the mass, from 0.
         index: usize,
-        /// What stood there.
+        /// Its value.
         got: f64,
     },
-    /// The two sides weigh differently; normalise them first.
+    /// The sums of the masses differ; normalise them first.
     #[error("masses are unbalanced: left sums to {left}, right to {right}")]
     Unbalanced {
         /// Sum on the left.
@@ -35,21 +35,21 @@ pub enum DistanceError {
         /// Index on the right.
         column: usize,
     },
-    /// The cost matrix is of another size than the masses.
+    /// The size of the cost matrix is not that of the masses.
     #[error("cost matrix is {rows} x {columns}, expected {left} x {right} as the masses")]
-    Shape {
-        /// Rows there are.
+    SizeMismatch {
+        /// Rows of the matrix.
         rows: usize,
-        /// Columns there are.
+        /// Columns of the matrix.
         columns: usize,
         /// Masses on the left.
         left: usize,
         /// Masses on the right.
         right: usize,
     },
-    /// The simplex made more pivots than any known problem needs.
+    /// No optimum after more pivots than any known problem needs.
     #[error("no optimum after {pivots} pivots")]
-    Unfinished {
+    NotConverged {
         /// Pivots made.
         pivots: usize,
     },

@@ -1,48 +1,36 @@
-//! How far one Gaussian is from another.
+//! Ground distances: how far one Gaussian is from another.
 
-use super::bures::Bures;
+use super::bures::BuresGaussian;
 use super::constants::FM_FLOOR_M2;
-use crate::mixture::symmetric::{Eigen, OneSided};
+use crate::mixture::linalg::{Eigen, OneSidedSvd};
 use crate::mixture::{Gaussian, Mixture};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-/// The ground distance d_ij of Eq. 5.
+/// The ground distance d_ij of paper Eq. 5.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Ground {
-    /// Gaussian Wasserstein-2, metres; a metric.
+pub enum GroundDistance {
+    /// Wasserstein-2, metres: `sqrt(|m_a - m_b|^2 + tr(S_a + S_b - 2 (S_a^1/2 S_b S_a^1/2)^1/2))`. A metric, accurate for
+    /// singular covariances and equal Gaussians too.
     #[default]
     W2,
-    /// Between the means, metres.
+    /// Distance of the means, metres.
     Euclid,
-    /// Foerstner-Moonen of the covariances (Eq. 10) plus the means' distance over 1 m; no unit.
+    /// Foerstner-Moonen distance of the covariances (paper Eq. 10), their eigenvalues raised to (1 mm)^2, plus the distance of
+    /// the means over 1 m; no unit.
     Fm,
 }
 
-/// Wasserstein-2 distance between two Gaussians, not squared, metres:
-/// `|m_a - m_b|^2 + tr(S_a + S_b - 2 (S_a^1/2 S_b S_a^1/2)^1/2)`, the root of it. A metric, defined
-/// for singular covariances, and free of the cancellation in that difference.
-pub fn w2(a: &Gaussian, b: &Gaussian) -> f64 {
-    Bures::new(a).distance(&Bures::new(b))
-}
-
-/// Distance between the means, metres.
-pub fn euclid(a: &Gaussian, b: &Gaussian) -> f64 {
+fn euclid(a: &Gaussian, b: &Gaussian) -> f64 {
     (a.mean - b.mean).norm()
 }
 
-/// Foerstner-Moonen distance of the covariances (Eq. 10), their eigenvalues raised to [`FM_FLOOR_M2`],
-/// plus the distance of the means over 1 m. Dimensionless.
-pub fn fm(a: &Gaussian, b: &Gaussian) -> f64 {
-    fm_of_factors(a, b, &whitener(a), &floored_root(b))
-}
-
 fn floored_root(g: &Gaussian) -> Matrix3<f64> {
-    Eigen::of(&g.covariance).map(|l| l.max(FM_FLOOR_M2).sqrt())
+    Eigen::new(&g.covariance).map(|l| l.max(FM_FLOOR_M2).sqrt())
 }
 
 fn whitener(g: &Gaussian) -> Matrix3<f64> {
-    Eigen::of(&g.covariance).map(|l| 1.0 / l.max(FM_FLOOR_M2).sqrt())
+    Eigen::new(&g.covariance).map(|l| 1.0 / l.max(FM_FLOOR_M2).sqrt())
 }
 
 fn fm_of_factors(
@@ -55,13 +43,13 @@ fn fm_of_factors(
         return 0.0;
     }
     // Singular values of A^-1/2 B^1/2 are square roots of the generalised eigenvalues.
-    let logs = OneSided::of(&(whitener_a * root_b))
+    let logs = OneSidedSvd::new(&(whitener_a * root_b))
         .values()
         .map(|s| 2.0 * s.ln());
     logs.norm() + euclid(a, b)
 }
 
-/// Costs between every component of one mixture (rows) and every one of another (columns).
+/// Costs between the components of one mixture (rows) and those of another (columns).
 #[derive(Debug, Clone, PartialEq)]
 pub struct CostMatrix {
     rows: usize,
@@ -70,7 +58,7 @@ pub struct CostMatrix {
 }
 
 impl CostMatrix {
-    /// From row-major values; `None` if they are not `rows * columns` many.
+    /// From row-major values; `None` unless there are `rows * columns` of them.
     pub fn from_rows(rows: usize, columns: usize, values: Vec<f64>) -> Option<Self> {
         (rows.checked_mul(columns) == Some(values.len())).then_some(Self {
             rows,
@@ -89,7 +77,7 @@ impl CostMatrix {
         self.columns
     }
 
-    /// Row-major values.
+    /// All costs, row-major.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
@@ -101,13 +89,18 @@ impl CostMatrix {
     }
 }
 
-/// All ground distances between the components of `a` and `b`; factors of the covariances are made
-/// once per component. Works in the rayon pool that the caller stands in.
-pub fn cost_matrix(a: &Mixture, b: &Mixture, ground: Ground) -> CostMatrix {
+/// Ground distances between all components of `a` and `b`. Runs in the caller's rayon pool.
+pub fn cost_matrix(a: &Mixture, b: &Mixture, ground: GroundDistance) -> CostMatrix {
     let values = match ground {
-        Ground::W2 => table(a, b, Bures::new, Bures::new, Bures::distance),
-        Ground::Euclid => table(a, b, |g| *g, |g| *g, euclid),
-        Ground::Fm => table(
+        GroundDistance::W2 => table(
+            a,
+            b,
+            BuresGaussian::new,
+            BuresGaussian::new,
+            BuresGaussian::distance,
+        ),
+        GroundDistance::Euclid => table(a, b, |g| *g, |g| *g, euclid),
+        GroundDistance::Fm => table(
             a,
             b,
             |g| (*g, whitener(g)),
@@ -122,7 +115,7 @@ pub fn cost_matrix(a: &Mixture, b: &Mixture, ground: Ground) -> CostMatrix {
     }
 }
 
-/// Row-major costs from what each side's components are made into once.
+/// Row-major costs; `left` and `right` factor each component once.
 fn table<L: Sync, R: Sync>(
     a: &Mixture,
     b: &Mixture,
@@ -146,11 +139,20 @@ fn table<L: Sync, R: Sync>(
 
 #[cfg(test)]
 mod tests {
-    use super::{Ground, cost_matrix, euclid, fm, w2};
+    use super::{GroundDistance, cost_matrix, euclid, floored_root, fm_of_factors, whitener};
+    use crate::distance::bures::BuresGaussian;
     use crate::distance::constants::FM_FLOOR_M2;
     use crate::mixture::{Gaussian, Mixture};
     use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
     use proptest::prelude::*;
+
+    fn w2(a: &Gaussian, b: &Gaussian) -> f64 {
+        BuresGaussian::new(a).distance(&BuresGaussian::new(b))
+    }
+
+    fn fm(a: &Gaussian, b: &Gaussian) -> f64 {
+        fm_of_factors(a, b, &whitener(a), &floored_root(b))
+    }
 
     /// Gaussians of every rank from spot to full, as thin as a millimetre.
     fn gaussian() -> impl Strategy<Value = Gaussian> {
@@ -181,7 +183,7 @@ mod tests {
 
         #[test]
         fn w2_of_common_axes_is_the_distance_of_the_sigmas(a in gaussian(), s in proptest::array::uniform3(0.0..2.0f64)) {
-            let e = crate::mixture::symmetric::Eigen::of(&a.covariance);
+            let e = crate::mixture::linalg::Eigen::new(&a.covariance);
             let d = Matrix3::from_diagonal(&Vector3::from(s.map(|s| s * s)));
             let b = Gaussian { covariance: e.vectors * d * e.vectors.transpose(), ..a };
             let expected = (e.values.map(|l| l.max(0.0).sqrt()) - Vector3::from(s)).norm();
@@ -189,7 +191,7 @@ mod tests {
         }
 
         #[test]
-        fn fm_is_symmetric_and_does_not_see_scale_of_both(a in gaussian(), b in gaussian()) {
+        fn fm_is_finite_and_symmetric(a in gaussian(), b in gaussian()) {
             prop_assert!(fm(&a, &b).is_finite());
             prop_assert!((fm(&a, &b) - fm(&b, &a)).abs() < 1e-6);
         }
@@ -215,7 +217,7 @@ mod tests {
             weights: vec![0.5; 2],
             components: vec![ball(0.0, 1.0), ball(3.0, 3.0)],
         };
-        let costs = cost_matrix(&m, &m, Ground::W2);
+        let costs = cost_matrix(&m, &m, GroundDistance::W2);
         assert_eq!(costs.get(0, 0), Some(0.0));
         assert!((costs.get(1, 0).expect("inside") - 21f64.sqrt()).abs() < 1e-14);
         assert_eq!(

@@ -1,8 +1,8 @@
-//! Takes two mixtures, gives the Earth Mover's Distance between them with its plan and duals (paper
-//! section III.B, Eq. 5-6).
+//! The Earth Mover's Distance between two mixtures, with its plan and duals (paper section III.B;
+//! `docs/novelty.md section 7`).
 
 mod bures;
-pub mod constants;
+mod constants;
 mod emd;
 mod error;
 mod ground;
@@ -12,5 +12,4 @@ mod transport;
 
 pub use emd::{Emd, Flow, emd, emd_of_costs};
 pub use error::DistanceError;
-pub use ground::{CostMatrix, Ground, cost_matrix, euclid, fm, w2};
-pub use transport::{Transport, transport};
+pub use ground::{CostMatrix, GroundDistance, cost_matrix};

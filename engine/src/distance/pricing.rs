@@ -1,9 +1,9 @@
-//! Least and largest of long rows of numbers, lanes side by side.
+//! Minimum and maximum over long slices, in lanes that the compiler vectorises.
 
-/// Smallest of `costs - columns`.
+/// Minimum of `costs - column_duals`: the smallest reduced cost of a row, up to its own dual.
 #[inline(always)]
-pub(super) fn cheapest<const LANES: usize>(costs: &[f64], columns: &[f64]) -> f64 {
-    let (c, v) = (costs.chunks_exact(LANES), columns.chunks_exact(LANES));
+pub(super) fn min_reduced_cost<const LANES: usize>(costs: &[f64], column_duals: &[f64]) -> f64 {
+    let (c, v) = (costs.chunks_exact(LANES), column_duals.chunks_exact(LANES));
     let mut best = f64::INFINITY;
     for (c, v) in c.remainder().iter().zip(v.remainder()) {
         best = lesser(c - v, best);
@@ -22,8 +22,8 @@ fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// Largest magnitude; NaN counts as none.
-pub(super) fn largest(values: &[f64]) -> f64 {
+/// Largest magnitude; NaN is ignored.
+pub(super) fn max_abs(values: &[f64]) -> f64 {
     const LANES: usize = 4;
     let chunks = values.chunks_exact(LANES);
     let greater = |a: f64, b: f64| if a > b { a } else { b };

@@ -4,11 +4,11 @@
 //! *strongly feasible*: an edge that carries nothing points towards the root (its row is the child).
 //! With the rule for the leaving edge below this rules out cycling, however degenerate the masses.
 
-use super::constants::{PRICE_SLACK, PRICED_EDGES};
-use super::pricing::{cheapest, largest};
-use crate::mixture::instructions::{Instructions, Loops};
+use super::constants::{PRICED_EDGES, REDUCED_COST_TOLERANCE};
+use super::pricing::{max_abs, min_reduced_cost};
+use crate::mixture::instructions::{InstructionSet, SimdKernel};
 
-/// Marks the root's parent and the end of a list of children.
+/// No node: the root's parent, or the end of a list of children.
 const NONE: u32 = u32::MAX;
 
 /// Nodes `0..m` are rows, `m..m + n` columns. Masses are all positive.
@@ -17,25 +17,25 @@ pub(super) struct Simplex<'a> {
     n: usize,
     costs: &'a [f64],
     root: usize,
-    links: Vec<Links>,
+    links: Vec<TreeLinks>,
     /// Flow on the edge to the parent.
     flow: Vec<f64>,
     /// Duals: rows u, columns v; on the tree u + v = cost.
     potential: Vec<f64>,
-    /// Nodes still to visit, or visited, in walks over the tree.
+    /// Buffer of walks over the tree.
     walk: Vec<u32>,
-    slack: f64,
+    tolerance: f64,
 }
 
-/// Where a node hangs.
+/// Links of a node in the tree.
 #[derive(Clone, Copy)]
-struct Links {
+struct TreeLinks {
     parent: u32,
     first_child: u32,
-    /// Its neighbours among the parent's children.
+    /// Siblings.
     next: u32,
     previous: u32,
-    /// Nodes in the tree below it, itself among them.
+    /// Nodes of the subtree, itself included.
     size: u32,
 }
 
@@ -44,7 +44,7 @@ impl<'a> Simplex<'a> {
     /// step, a column on ties, which makes the tree strongly feasible.
     pub(super) fn new(rows: &[f64], columns: &[f64], costs: &'a [f64]) -> Self {
         let (m, n) = (rows.len(), columns.len());
-        let alone = Links {
+        let alone = TreeLinks {
             parent: NONE,
             first_child: NONE,
             next: NONE,
@@ -60,7 +60,7 @@ impl<'a> Simplex<'a> {
             flow: vec![0.0; m + n],
             potential: vec![0.0; m + n],
             walk: Vec::with_capacity(m + n),
-            slack: PRICE_SLACK * largest(costs),
+            tolerance: REDUCED_COST_TOLERANCE * max_abs(costs),
         };
         let mut open: Vec<usize> = (0..n).collect();
         let mut left = columns.to_vec();
@@ -89,7 +89,7 @@ impl<'a> Simplex<'a> {
                 open.swap_remove(at);
             }
         }
-        simplex.settle();
+        simplex.recompute_potentials();
         for at in (1..simplex.walk.len()).rev() {
             let node = simplex.links[simplex.walk[at] as usize];
             simplex.links[node.parent as usize].size += node.size;
@@ -111,7 +111,7 @@ impl<'a> Simplex<'a> {
 
     #[inline(always)]
     fn detach(&mut self, child: usize) {
-        let Links {
+        let TreeLinks {
             parent,
             next,
             previous,
@@ -132,10 +132,10 @@ impl<'a> Simplex<'a> {
         self.costs[row * self.n + column - self.m]
     }
 
-    /// Potentials of the whole tree from its costs; pivots only shift them, and shifts gather rounding.
+    /// Potentials of the whole tree from its costs; pivots only shift them, which accumulates rounding.
     /// Leaves all nodes in `walk`, parents before children.
     #[inline(always)]
-    fn settle(&mut self) {
+    fn recompute_potentials(&mut self) {
         self.walk.clear();
         self.walk.push(self.root as u32);
         let mut at = 0;
@@ -152,12 +152,15 @@ impl<'a> Simplex<'a> {
         }
     }
 
-    /// Pivots until no edge is worth entering; gives the number of pivots, or that of the cap.
-    pub(super) fn solve(&mut self, cap: usize) -> Result<usize, usize> {
-        Instructions::best().run(Solve { simplex: self, cap })
+    /// Pivots until no edge has a negative reduced cost; the number of pivots, as an error if it reaches `max_pivots`.
+    pub(super) fn solve(&mut self, max_pivots: usize) -> Result<usize, usize> {
+        InstructionSet::best().run(PivotLoop {
+            simplex: self,
+            max_pivots,
+        })
     }
 
-    /// Block search: the best edge of the next rows that have any worth entering, and its price.
+    /// Block search: the best edge of the next block of rows that has any worth entering, with its reduced cost.
     #[inline(always)]
     fn entering<const LANES: usize>(
         &self,
@@ -166,12 +169,12 @@ impl<'a> Simplex<'a> {
     ) -> Option<(usize, usize, f64)> {
         let columns = &self.potential[self.m..];
         let mut best = None;
-        let mut least = -self.slack;
+        let mut least = -self.tolerance;
         let mut in_block = 0;
         for _ in 0..self.m {
             let u = self.potential[*row];
             let costs = &self.costs[*row * self.n..(*row + 1) * self.n];
-            let price = cheapest::<LANES>(costs, columns) - u;
+            let price = min_reduced_cost::<LANES>(costs, columns) - u;
             if price < least {
                 (best, least) = (Some(*row), price);
             }
@@ -194,7 +197,7 @@ impl<'a> Simplex<'a> {
         Some((row, at, least))
     }
 
-    /// Brings edge (row, column) into the tree; `price` is what its cost misses of its potentials.
+    /// Brings edge (row, column) into the tree; `price` is its reduced cost.
     #[inline(always)]
     fn pivot(&mut self, row: usize, column: usize, price: f64) {
         // Along the cycle flow goes from the apex down to the row, over the new edge, and up from
@@ -264,7 +267,7 @@ impl<'a> Simplex<'a> {
             }
             (parent, node, flow, below) = (node, old_parent, old_flow, old_size);
         }
-        // The new edge's price is made up on either side of it alike: on the smaller.
+        // Shifting the potentials on either side of the new edge makes its reduced cost zero: the smaller side is shifted.
         let all = self.links.len() as u32;
         let to_rows = if row_falls { price } else { -price };
         if 2 * moved <= all {
@@ -274,7 +277,7 @@ impl<'a> Simplex<'a> {
         }
     }
 
-    /// Adds to the rows' potentials below `top`, and takes from the columns', but not below `except`.
+    /// Adds `to_rows` to the potentials of rows below `top` and subtracts it from those of columns, except below `except`.
     #[inline(always)]
     fn shift(&mut self, top: usize, except: u32, to_rows: f64) {
         self.walk.clear();
@@ -296,7 +299,7 @@ impl<'a> Simplex<'a> {
         }
     }
 
-    /// Edges that carry something: (row, column, flow).
+    /// Edges with positive flow: (row, column, flow).
     pub(super) fn flows(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         (0..self.m + self.n).filter_map(|node| {
             let (parent, flow) = (self.links[node].parent, self.flow[node]);
@@ -309,24 +312,27 @@ impl<'a> Simplex<'a> {
         })
     }
 
-    /// The columns' duals; a row's is the least of cost less these.
+    /// Duals of the columns; the dual of a row is the least of its costs less these.
     pub(super) fn column_duals(&self) -> &[f64] {
         &self.potential[self.m..]
     }
 }
 
-/// The loops of [`Simplex::solve`].
-struct Solve<'s, 'a> {
+/// The loop of [`Simplex::solve`].
+struct PivotLoop<'s, 'a> {
     simplex: &'s mut Simplex<'a>,
-    cap: usize,
+    max_pivots: usize,
 }
 
-impl Loops for Solve<'_, '_> {
+impl SimdKernel for PivotLoop<'_, '_> {
     type Output = Result<usize, usize>;
 
     #[inline(always)]
     fn run<const FUSED: bool, const LANES: usize>(self) -> Result<usize, usize> {
-        let Self { simplex, cap } = self;
+        let Self {
+            simplex,
+            max_pivots,
+        } = self;
         let nodes = simplex.m + simplex.n;
         let block = (PRICED_EDGES / simplex.n).clamp(1, simplex.m.div_ceil(2));
         let (mut row, mut pivots, mut shifts) = (0, 0, 0);
@@ -335,18 +341,18 @@ impl Loops for Solve<'_, '_> {
                 if shifts == 0 {
                     return Ok(pivots);
                 }
-                simplex.settle();
+                simplex.recompute_potentials();
                 shifts = 0;
                 continue;
             };
-            if pivots == cap {
+            if pivots == max_pivots {
                 return Err(pivots);
             }
             simplex.pivot(r, simplex.m + c, price);
             pivots += 1;
             shifts += 1;
             if shifts == nodes {
-                simplex.settle();
+                simplex.recompute_potentials();
                 shifts = 0;
             }
         }

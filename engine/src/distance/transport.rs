@@ -1,40 +1,38 @@
-//! Exact optimal transport between two lists of masses (Eq. 5 with W = U).
+//! Exact optimal transport between two lists of masses (paper Eq. 5 with W = U).
 
-use super::constants::{BALANCE_SLACK, PIVOTS_PER_NODE};
-use super::pricing::cheapest;
+use super::constants::{MASS_TOLERANCE, MAX_PIVOTS_PER_NODE};
+use super::pricing::min_reduced_cost;
 use super::simplex::Simplex;
 use super::{CostMatrix, DistanceError};
-use crate::mixture::instructions::{Instructions, Loops};
+use crate::mixture::instructions::{InstructionSet, SimdKernel};
 
-/// An optimal plan and the proof that it is one.
+/// An optimal plan with the duals that prove it optimal.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Transport {
+pub(super) struct TransportPlan {
     /// Sum of flow times cost.
     pub work: f64,
     /// (row, column, flow) where flow is positive, by row, then column; at most rows + columns - 1.
     pub plan: Vec<(usize, usize, f64)>,
-    /// u_i: what a little more mass in row i costs, up to a constant shared with `column_duals`.
+    /// u_i: cost per additional mass in row i, up to a constant shared with `column_duals`.
     pub row_duals: Vec<f64>,
     /// v_j; u_i + v_j <= c_ij everywhere.
     pub column_duals: Vec<f64>,
-    /// `work` less the value of the duals, which no plan can beat.
+    /// `work` less the value of the duals, a lower bound of every plan.
     pub duality_gap: f64,
-    /// Pivots made.
-    pub pivots: usize,
 }
 
 /// Moves `left` (rows) onto `right` (columns) at the least cost. Exact; network simplex.
 ///
 /// # Errors
-/// Masses that are negative, not finite, without sum or unbalanced; costs not finite or of another shape.
-pub fn transport(
+/// Masses that are negative, not finite, without sum or unbalanced; costs not finite or of another size.
+pub(super) fn transport(
     left: &[f64],
     right: &[f64],
     costs: &CostMatrix,
-) -> Result<Transport, DistanceError> {
+) -> Result<TransportPlan, DistanceError> {
     let (m, n) = (left.len(), right.len());
     if (costs.rows(), costs.columns()) != (m, n) {
-        return Err(DistanceError::Shape {
+        return Err(DistanceError::SizeMismatch {
             rows: costs.rows(),
             columns: costs.columns(),
             left: m,
@@ -42,7 +40,7 @@ pub fn transport(
         });
     }
     let (total_left, total_right) = (sum("left", left)?, sum("right", right)?);
-    if (total_left - total_right).abs() > BALANCE_SLACK * total_left.max(total_right) {
+    if (total_left - total_right).abs() > MASS_TOLERANCE * total_left.max(total_right) {
         return Err(DistanceError::Unbalanced {
             left: total_left,
             right: total_right,
@@ -67,9 +65,9 @@ pub fn transport(
     let compact = compact.as_deref().unwrap_or(costs.values());
     let masses = |all: &[f64], kept: &[usize]| kept.iter().map(|&i| all[i]).collect::<Vec<_>>();
     let mut simplex = Simplex::new(&masses(left, &rows), &masses(right, &columns), compact);
-    let pivots = simplex
-        .solve((rows.len() + columns.len()) * PIVOTS_PER_NODE)
-        .map_err(|pivots| DistanceError::Unfinished { pivots })?;
+    simplex
+        .solve((rows.len() + columns.len()) * MAX_PIVOTS_PER_NODE)
+        .map_err(|pivots| DistanceError::NotConverged { pivots })?;
 
     let mut plan: Vec<_> = simplex
         .flows()
@@ -85,13 +83,12 @@ pub fn transport(
     let value =
         |masses: &[f64], duals: &[f64]| masses.iter().zip(duals).map(|(a, b)| a * b).sum::<f64>();
     let duality_gap = work - value(left, &row_duals) - value(right, &column_duals);
-    Ok(Transport {
+    Ok(TransportPlan {
         work,
         plan,
         row_duals,
         column_duals,
         duality_gap,
-        pivots,
     })
 }
 
@@ -108,9 +105,8 @@ fn sum(side: &'static str, masses: &[f64]) -> Result<f64, DistanceError> {
     Ok(total)
 }
 
-/// Duals for all rows and columns, those without mass too, with u + v <= c exactly kept: columns of
-/// the simplex give every row its u = min (c - v), these give a column without mass its v, to which
-/// rows without mass yield.
+/// Duals of all rows and columns, those without mass included, with u + v <= c kept exactly. The columns of the simplex
+/// give every row its u = min (c - v); those give a column without mass its v; rows without mass are lowered to that.
 fn feasible_duals(
     v: &[f64],
     (rows, columns): (&[usize], &[usize]),
@@ -121,12 +117,12 @@ fn feasible_duals(
     for (&column, &v) in columns.iter().zip(v) {
         column_duals[column] = v;
     }
-    // A column whose dual is not known yet has it infinite below, so that it binds no row.
+    // An unknown dual is minus infinity, so that it binds no row.
     let binding: Vec<f64> = column_duals
         .iter()
         .map(|&v| if v == f64::INFINITY { -v } else { v })
         .collect();
-    let mut row_duals = cheapest_of_rows(costs, &binding);
+    let mut row_duals = min_of_rows(costs, &binding);
     if columns.len() < n {
         for &row in rows {
             let costs = &costs.values()[row * n..(row + 1) * n];
@@ -137,30 +133,30 @@ fn feasible_duals(
             }
         }
         if rows.len() < m {
-            row_duals = cheapest_of_rows(costs, &column_duals);
+            row_duals = min_of_rows(costs, &column_duals);
         }
     }
     (row_duals, column_duals)
 }
 
-/// The least of cost less `columns` in every row.
-fn cheapest_of_rows(costs: &CostMatrix, columns: &[f64]) -> Vec<f64> {
-    Instructions::best().run(CheapestOfRows { costs, columns })
+/// The minimum of cost less `columns` in every row.
+fn min_of_rows(costs: &CostMatrix, columns: &[f64]) -> Vec<f64> {
+    InstructionSet::best().run(MinOfRows { costs, columns })
 }
 
-/// The loops of [`cheapest_of_rows`].
-struct CheapestOfRows<'a> {
+/// The loop of [`min_of_rows`].
+struct MinOfRows<'a> {
     costs: &'a CostMatrix,
     columns: &'a [f64],
 }
 
-impl Loops for CheapestOfRows<'_> {
+impl SimdKernel for MinOfRows<'_> {
     type Output = Vec<f64>;
 
     #[inline(always)]
     fn run<const FUSED: bool, const LANES: usize>(self) -> Vec<f64> {
         let rows = self.costs.values().chunks_exact(self.columns.len());
-        rows.map(|row| cheapest::<LANES>(row, self.columns))
+        rows.map(|row| min_reduced_cost::<LANES>(row, self.columns))
             .collect()
     }
 }
@@ -172,11 +168,11 @@ mod tests {
     use proptest::prelude::*;
 
     fn matrix(m: usize, n: usize, values: Vec<f64>) -> CostMatrix {
-        CostMatrix::from_rows(m, n, values).expect("as many as it says")
+        CostMatrix::from_rows(m, n, values).expect("the right number of values")
     }
 
     /// Checks that the plan moves the masses and that the duals prove it best; gives the work.
-    fn proven(left: &[f64], right: &[f64], costs: &CostMatrix) -> f64 {
+    fn work_of_proven_plan(left: &[f64], right: &[f64], costs: &CostMatrix) -> f64 {
         let t = transport(left, right, costs).expect("balanced");
         let (mut rows, mut columns) = (vec![0.0; left.len()], vec![0.0; right.len()]);
         for &(r, c, f) in &t.plan {
@@ -243,40 +239,43 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_answer_is_proven(left in masses(), right in masses(), raw in proptest::collection::vec(0.0..10.0f64, 196), coarse in any::<bool>()) {
+        fn every_plan_is_feasible_and_its_duals_prove_it(left in masses(), right in masses(), raw in proptest::collection::vec(0.0..10.0f64, 196), coarse in any::<bool>()) {
             let (m, n) = (left.len(), right.len());
             let values: Vec<f64> = raw[..m * n].iter().map(|c| if coarse { c.floor() / 3.0 } else { *c }).collect();
             let costs = matrix(m, n, values);
-            let work = proven(&left, &right, &costs);
+            let work = work_of_proven_plan(&left, &right, &costs);
             let turned: Vec<f64> = (0..n * m).map(|e| costs.values()[(e % m) * n + e / m]).collect();
-            prop_assert!((proven(&right, &left, &matrix(n, m, turned)) - work).abs() < 1e-11);
+            prop_assert!((work_of_proven_plan(&right, &left, &matrix(n, m, turned)) - work).abs() < 1e-11);
         }
 
         #[test]
-        fn agrees_with_a_linear_programme(left in proptest::collection::vec(0.05..1.0f64, 2..9), right in proptest::collection::vec(0.05..1.0f64, 2..9), raw in proptest::collection::vec(0.0..10.0f64, 64)) {
+        fn work_agrees_with_a_linear_programme(left in proptest::collection::vec(0.05..1.0f64, 2..9), right in proptest::collection::vec(0.05..1.0f64, 2..9), raw in proptest::collection::vec(0.0..10.0f64, 64)) {
             let (left, right) = (normalised(left), normalised(right));
             let costs = matrix(left.len(), right.len(), raw[..left.len() * right.len()].to_vec());
-            let got = proven(&left, &right, &costs);
+            let got = work_of_proven_plan(&left, &right, &costs);
             prop_assert!((got - by_linear_programme(&left, &right, &costs)).abs() < 1e-8);
         }
     }
 
     #[test]
-    fn ties_everywhere_end() {
+    fn problems_full_of_ties_terminate() {
         for n in [2usize, 7, 40, 120] {
             let even = vec![1.0 / n as f64; n];
             let values = (0..n * n).map(|e| ((e / n + e % n) % 3) as f64).collect();
-            proven(&even, &even, &matrix(n, n, values));
+            work_of_proven_plan(&even, &even, &matrix(n, n, values));
             assert_eq!(
-                proven(&even, &even, &matrix(n, n, vec![1.0; n * n])),
+                work_of_proven_plan(&even, &even, &matrix(n, n, vec![1.0; n * n])),
                 even.iter().sum::<f64>()
             );
-            assert_eq!(proven(&even, &even, &matrix(n, n, vec![0.0; n * n])), 0.0);
+            assert_eq!(
+                work_of_proven_plan(&even, &even, &matrix(n, n, vec![0.0; n * n])),
+                0.0
+            );
         }
     }
 
     #[test]
-    fn faults_are_named() {
+    fn bad_masses_and_costs_are_refused() {
         let c = matrix(1, 2, vec![1.0, 2.0]);
         let err = |l: &[f64], r: &[f64], c: &CostMatrix| transport(l, r, c).expect_err("refused");
         assert!(matches!(
@@ -285,7 +284,7 @@ mod tests {
         ));
         assert!(matches!(
             err(&[1.0], &[1.0], &c),
-            DistanceError::Shape { .. }
+            DistanceError::SizeMismatch { .. }
         ));
         assert!(matches!(
             err(&[0.0], &[0.0, 0.0], &c),

@@ -1,16 +1,17 @@
-//! PCD (Point Cloud Library, versions .5 to .7): `ascii`, `binary`, `binary_compressed`. `VIEWPOINT` is not applied:
-//! points are given as stored.
+//! The PCD reader (Point Cloud Library, versions .5 to .7): `ascii`, `binary`, `binary_compressed`. `VIEWPOINT` is not applied:
+//! points are returned as stored.
 
-use super::cloud::{CloudFile, FormatError};
+use super::cloud::CloudFile;
+use super::error::FormatError;
 use super::lzf;
-use super::pcd_header::{Data, FORMAT, Header, line_error, read_header};
+use super::pcd_header::{FORMAT, PcdEncoding, PcdHeader, line_error, read_header};
 use super::scalar::Endian;
-use super::text::{Lines, number, quoted, words};
+use super::text::{LineReader, parse_number, quoted, words};
 use nalgebra::{Point3, Vector3};
 
-/// Whether the first line that is no comment is a PCD header line, or the first comment says `.PCD`.
-pub fn looks_like_pcd(bytes: &[u8]) -> bool {
-    let mut lines = Lines::new(bytes.get(..4096.min(bytes.len())).unwrap_or_default());
+/// Whether the first line that is no comment is a PCD header line, or a comment before it has the word `.PCD`.
+pub(super) fn looks_like_pcd(bytes: &[u8]) -> bool {
+    let mut lines = LineReader::new(bytes.get(..4096.min(bytes.len())).unwrap_or_default());
     while let Some(line) = lines.next_filled() {
         if line.starts_with(b"#") {
             if words(line).any(|w| w == b".PCD") {
@@ -30,21 +31,21 @@ pub fn looks_like_pcd(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// [`FormatError`] if the header is broken or has no `x y z`, or the data end early or are damaged.
-pub fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
-    let mut lines = Lines::new(bytes);
+pub(super) fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
+    let mut lines = LineReader::new(bytes);
     let header = read_header(&mut lines)?;
-    let columns = Columns::of(&header, &lines)?;
-    match header.data {
-        Data::Ascii => read_ascii(&mut lines, &header, &columns),
-        Data::Binary => {
+    let columns = PcdColumns::new(&header, &lines)?;
+    match header.encoding {
+        PcdEncoding::Ascii => read_ascii(&mut lines, &header, &columns),
+        PcdEncoding::Binary => {
             let stride: usize = header
                 .fields
                 .iter()
                 .map(|f| f.scalar.size() * f.count)
                 .sum();
-            let (points, needed) = sized(bytes, lines.at, &header, stride)?;
+            let (points, needed) = checked_size(bytes, lines.offset, &header, stride)?;
             let body = lines.rest().get(..needed).unwrap_or_default();
-            Ok(columns.gather(
+            Ok(columns.read_columns(
                 points,
                 |field| {
                     let start = header.offset_in_point(field);
@@ -53,7 +54,7 @@ pub fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
                 &header,
             ))
         }
-        Data::Compressed => read_compressed(bytes, lines.at, &header, &columns),
+        PcdEncoding::Compressed => read_compressed(bytes, lines.offset, &header, &columns),
     }
 }
 
@@ -66,14 +67,14 @@ fn byte_error(byte: usize, expected: impl Into<String>, got: impl Into<String>) 
     }
 }
 
-/// Which fields hold what.
-struct Columns {
+/// Indices of the fields with coordinates and normal.
+struct PcdColumns {
     xyz: [usize; 3],
     normal: Option<[usize; 3]>,
 }
 
-impl Columns {
-    fn of(header: &Header, lines: &Lines<'_>) -> Result<Self, FormatError> {
+impl PcdColumns {
+    fn new(header: &PcdHeader, lines: &LineReader<'_>) -> Result<Self, FormatError> {
         let find = |name: &str| {
             header
                 .fields
@@ -94,14 +95,14 @@ impl Columns {
         })
     }
 
-    /// `points` points out of binary columns; `column` gives for a field the bytes, the first offset, and the step.
-    fn gather<'a>(
+    /// Reads `points` points from binary columns; `column` gives for a field its bytes, first offset and stride.
+    fn read_columns<'a>(
         &self,
         points: usize,
         column: impl Fn(usize) -> (&'a [u8], usize, usize),
-        header: &Header,
+        header: &PcdHeader,
     ) -> CloudFile {
-        let gather = |fields: [usize; 3]| {
+        let triples = |fields: [usize; 3]| {
             let columns = fields.map(|f| (column(f), header.fields.get(f).map(|f| f.scalar)));
             (0..points).map(move |i| {
                 columns.map(|((bytes, start, step), scalar)| {
@@ -112,21 +113,23 @@ impl Columns {
             })
         };
         CloudFile {
-            points: gather(self.xyz).map(Point3::from).collect(),
-            normals: self.normal.map(|n| gather(n).map(Vector3::from).collect()),
+            points: triples(self.xyz).map(Point3::from).collect(),
+            normals: self.normal.map(|n| triples(n).map(Vector3::from).collect()),
         }
     }
 }
 
 fn read_ascii(
-    lines: &mut Lines<'_>,
-    header: &Header,
-    columns: &Columns,
+    lines: &mut LineReader<'_>,
+    header: &PcdHeader,
+    columns: &PcdColumns,
 ) -> Result<CloudFile, FormatError> {
-    // A point takes at least six bytes of text, so the file's own length bounds what a header may ask for.
-    let room = lines.rest().len() / 6 + 1;
-    let capacity = usize::try_from(header.points).unwrap_or(room).min(room);
-    let word_of = |field: usize| {
+    // A point takes at least six bytes of text, so the length of the file bounds the number of points.
+    let max_points = lines.rest().len() / 6 + 1;
+    let capacity = usize::try_from(header.points)
+        .unwrap_or(max_points)
+        .min(max_points);
+    let first_word = |field: usize| {
         header
             .fields
             .iter()
@@ -134,48 +137,48 @@ fn read_ascii(
             .map(|f| f.count)
             .sum::<usize>()
     };
-    let xyz = columns.xyz.map(word_of);
-    let normal = columns.normal.map(|n| n.map(word_of));
+    let xyz = columns.xyz.map(first_word);
+    let normal = columns.normal.map(|n| n.map(first_word));
     let mut cloud = CloudFile {
         points: Vec::with_capacity(capacity),
         normals: normal.map(|_| Vec::with_capacity(capacity)),
     };
-    let mut given: Vec<&[u8]> = Vec::new();
-    for seen in 0..header.points {
+    let mut line_words: Vec<&[u8]> = Vec::new();
+    for read in 0..header.points {
         let Some(line) = lines.next_filled() else {
             let expected = format!("{} points", header.points);
             return Err(line_error(
                 lines,
                 expected,
-                format!("the end of the file after {seen}"),
+                format!("the end of the file after {read}"),
             ));
         };
-        given.clear();
-        given.extend(words(line));
-        let three = |places: [usize; 3]| -> Result<[f64; 3], FormatError> {
+        line_words.clear();
+        line_words.extend(words(line));
+        let numbers = |indices: [usize; 3]| -> Result<[f64; 3], FormatError> {
             let mut out = [0.0; 3];
-            for (out, place) in out.iter_mut().zip(places) {
-                let word = given.get(place);
-                *out = word.and_then(|w| number(w)).ok_or_else(|| {
+            for (out, index) in out.iter_mut().zip(indices) {
+                let word = line_words.get(index);
+                *out = word.and_then(|w| parse_number(w)).ok_or_else(|| {
                     let got = word.map_or_else(|| "the end of the line".to_owned(), |w| quoted(w));
-                    line_error(lines, format!("a number as word {}", place + 1), got)
+                    line_error(lines, format!("a number as word {}", index + 1), got)
                 })?;
             }
             Ok(out)
         };
-        cloud.points.push(Point3::from(three(xyz)?));
+        cloud.points.push(Point3::from(numbers(xyz)?));
         if let (Some(normal), Some(normals)) = (normal, &mut cloud.normals) {
-            normals.push(Vector3::from(three(normal)?));
+            normals.push(Vector3::from(numbers(normal)?));
         }
     }
     Ok(cloud)
 }
 
-/// The number of points and the bytes they take, if the file has that many after `at`.
-fn sized(
+/// The number of points and their size in bytes, if the file has that many after `at`.
+fn checked_size(
     bytes: &[u8],
     at: usize,
-    header: &Header,
+    header: &PcdHeader,
     stride: usize,
 ) -> Result<(usize, usize), FormatError> {
     let rest = bytes.len().saturating_sub(at);
@@ -196,8 +199,8 @@ fn sized(
 fn read_compressed(
     bytes: &[u8],
     at: usize,
-    header: &Header,
-    columns: &Columns,
+    header: &PcdHeader,
+    columns: &PcdColumns,
 ) -> Result<CloudFile, FormatError> {
     let size = |offset: usize| -> Result<usize, FormatError> {
         let word = bytes.get(at + offset..).and_then(|b| b.first_chunk());
@@ -206,33 +209,33 @@ fn read_compressed(
         })?;
         Ok(u32::from_le_bytes(*word) as usize)
     };
-    let (packed, expanded) = (size(0)?, size(4)?);
+    let (compressed_size, size_after) = (size(0)?, size(4)?);
     let stride: usize = header
         .fields
         .iter()
         .map(|f| f.scalar.size() * f.count)
         .sum();
-    if Some(expanded as u64) != header.points.checked_mul(stride as u64) {
+    if Some(size_after as u64) != header.points.checked_mul(stride as u64) {
         let expected = format!("{} points of {stride} bytes after expansion", header.points);
-        return Err(byte_error(at + 4, expected, format!("{expanded} bytes")));
+        return Err(byte_error(at + 4, expected, format!("{size_after} bytes")));
     }
     let body = bytes.get(at + 8..).unwrap_or_default();
-    let Some(body) = body.get(..packed) else {
+    let Some(body) = body.get(..compressed_size) else {
         let got = format!("the end of the file after {}", body.len());
         return Err(byte_error(
             bytes.len(),
-            format!("{packed} compressed bytes"),
+            format!("{compressed_size} compressed bytes"),
             got,
         ));
     };
-    let body = lzf::expand(body, expanded).ok_or_else(|| {
+    let body = lzf::decompress(body, size_after).ok_or_else(|| {
         byte_error(
             at + 8,
-            format!("LZF data of {expanded} bytes"),
+            format!("LZF data of {size_after} bytes"),
             "damaged data",
         )
     })?;
-    // Expanded data are stored field by field, not point by point.
+    // Decompressed data are stored field by field, not point by point.
     let points = usize::try_from(header.points).unwrap_or(0);
     let column = |field: usize| {
         let size = header.fields.get(field).map_or(0, |f| f.scalar.size());
@@ -242,7 +245,7 @@ fn read_compressed(
             size,
         )
     };
-    Ok(columns.gather(points, column, header))
+    Ok(columns.read_columns(points, column, header))
 }
 
 #[cfg(test)]
@@ -307,7 +310,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_encoding_comes_back(
+        fn every_encoding_is_read(
             points in proptest::collection::vec(proptest::array::uniform6(-1e6f32..1e6), 0..40),
             data in prop_oneof![Just("ascii"), Just("binary"), Just("binary_compressed")],
         ) {
@@ -329,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn non_finite_points_stay_in_their_place() {
+    fn non_finite_points_keep_their_index() {
         let text = b"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nHEIGHT 1\nDATA ascii\nnan nan nan\n1 2 3\n";
         let cloud = read(text).expect("a PCD");
         assert_eq!(cloud.points.len(), 2);
@@ -338,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_named() {
+    fn mistakes_are_reported() {
         let start = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n";
         let cases = [
             (

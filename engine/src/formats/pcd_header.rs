@@ -1,48 +1,44 @@
-//! The header of a PCD: which fields a point has, how many points follow, written how.
+//! The header of a PCD: the fields of a point, the number of points, their encoding.
 
-use super::cloud::FormatError;
+use super::error::FormatError;
 use super::scalar::Scalar;
-use super::text::{Lines, count, quoted, words};
+use super::text::{LineReader, parse_count, quoted, words};
 
 /// Name of the format in messages.
-pub const FORMAT: &str = "PCD";
-/// Larger `COUNT`s (the widest known descriptor has 1980) are taken for damage.
+pub(super) const FORMAT: &str = "PCD";
+/// Larger `COUNT`s are taken for damage: the widest known descriptor has 1980 numbers.
 const MAX_FIELD_COUNT: u64 = 1 << 20;
 
-/// One named column, possibly of several numbers.
-pub struct Field {
-    /// As written.
-    pub name: Vec<u8>,
-    /// Type of its numbers.
-    pub scalar: Scalar,
-    /// How many numbers it has.
-    pub count: usize,
+/// A named field of a point, of one or more numbers.
+pub(super) struct PcdField {
+    pub(super) name: Vec<u8>,
+    pub(super) scalar: Scalar,
+    /// Numbers per point.
+    pub(super) count: usize,
 }
 
-/// How the data are written.
+/// Encoding of the points.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Data {
+pub(super) enum PcdEncoding {
     /// As text, one point per line.
     Ascii,
     /// Point by point.
     Binary,
-    /// LZF over field by field.
+    /// LZF of the points field by field.
     Compressed,
 }
 
-/// What the header says.
-pub struct Header {
+pub(super) struct PcdHeader {
     /// In file order.
-    pub fields: Vec<Field>,
-    /// As the header claims.
-    pub points: u64,
-    /// How the data are written.
-    pub data: Data,
+    pub(super) fields: Vec<PcdField>,
+    /// Number of points, not yet compared with the size of the file.
+    pub(super) points: u64,
+    pub(super) encoding: PcdEncoding,
 }
 
 /// An error at the line that was read last.
-pub fn line_error(
-    lines: &Lines<'_>,
+pub(super) fn line_error(
+    lines: &LineReader<'_>,
     expected: impl Into<String>,
     got: impl Into<String>,
 ) -> FormatError {
@@ -54,15 +50,15 @@ pub fn line_error(
     }
 }
 
-/// Reads the header up to and with `DATA`.
+/// Reads the header up to and including `DATA`.
 ///
 /// # Errors
-/// [`FormatError::Line`] at the first line that is no PCD header line, or if the lines contradict each other.
-pub fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
+/// [`FormatError::Line`] at the first line that is no PCD header line, or if lines contradict each other.
+pub(super) fn read_header(lines: &mut LineReader<'_>) -> Result<PcdHeader, FormatError> {
     let mut names: Vec<&[u8]> = Vec::new();
     let (mut sizes, mut types, mut counts) = (Vec::new(), Vec::new(), Vec::new());
     let (mut width, mut height, mut points) = (None, None, None);
-    let data = loop {
+    let encoding = loop {
         let Some(line) = lines.next_filled() else {
             return Err(line_error(lines, "a `DATA` line", "the end of the file"));
         };
@@ -72,7 +68,7 @@ pub fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
         let mut words = words(line);
         let keyword = words.next().unwrap_or_default();
         let numbers = |words: &mut dyn Iterator<Item = &[u8]>| -> Option<Vec<u64>> {
-            words.map(|w| count(Some(w))).collect()
+            words.map(|w| parse_count(Some(w))).collect()
         };
         let bad = |expected: &str| Err(line_error(lines, expected, quoted(line)));
         match keyword {
@@ -88,7 +84,7 @@ pub fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
                 _ => return bad("small whole numbers after `COUNT`"),
             },
             b"WIDTH" | b"HEIGHT" | b"POINTS" => {
-                let Some(given) = count(words.next()) else {
+                let Some(given) = parse_count(words.next()) else {
                     return bad("a whole number after `WIDTH`, `HEIGHT`, `POINTS`");
                 };
                 match keyword {
@@ -98,9 +94,9 @@ pub fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
                 }
             }
             b"DATA" => match words.next() {
-                Some(b"ascii") => break Data::Ascii,
-                Some(b"binary") => break Data::Binary,
-                Some(b"binary_compressed") => break Data::Compressed,
+                Some(b"ascii") => break PcdEncoding::Ascii,
+                Some(b"binary") => break PcdEncoding::Binary,
+                Some(b"binary_compressed") => break PcdEncoding::Compressed,
                 _ => return bad("`DATA ascii|binary|binary_compressed`"),
             },
             _ => return bad("a PCD header line"),
@@ -144,7 +140,7 @@ pub fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
                 ));
             }
         };
-        fields.push(Field {
+        fields.push(PcdField {
             name: name.to_vec(),
             scalar,
             count: usize::try_from(*count).unwrap_or(usize::MAX),
@@ -160,16 +156,16 @@ pub fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
             return Err(line_error(lines, "POINTS equal to WIDTH x HEIGHT", got));
         }
     };
-    Ok(Header {
+    Ok(PcdHeader {
         fields,
         points,
-        data,
+        encoding,
     })
 }
 
-impl Header {
-    /// Bytes of a point before `field`.
-    pub fn offset_in_point(&self, field: usize) -> usize {
+impl PcdHeader {
+    /// Offset of `field` within a point, bytes.
+    pub(super) fn offset_in_point(&self, field: usize) -> usize {
         self.fields
             .iter()
             .take(field)

@@ -1,32 +1,34 @@
-//! PLY (Turk 1994): ASCII and binary of either endianness. Only the first element `vertex` is read; the elements
-//! before it are skipped, those after it never looked at.
+//! The PLY reader (Turk 1994): ASCII and binary of either endianness. Only the first element `vertex` is read; the elements
+//! before it are skipped, those after it are not read.
 
-use super::cloud::{CloudFile, FormatError};
-use super::ply_header::{Element, Encoding, FORMAT, Property, line_error, read_header};
+use super::cloud::CloudFile;
+use super::error::FormatError;
+use super::ply_header::{FORMAT, PlyElement, PlyEncoding, PlyProperty, line_error, read_header};
 use super::scalar::{Endian, Scalar};
-use super::text::{Lines, number, quoted, words};
+use super::text::{LineReader, parse_number, quoted, words};
 use nalgebra::{Point3, Vector3};
 
 /// Whether the first line is `ply`.
-pub fn looks_like_ply(bytes: &[u8]) -> bool {
-    Lines::new(bytes.get(..16.min(bytes.len())).unwrap_or_default()).next_line() == Some(b"ply")
+pub(super) fn looks_like_ply(bytes: &[u8]) -> bool {
+    LineReader::new(bytes.get(..16.min(bytes.len())).unwrap_or_default()).next_line()
+        == Some(b"ply")
 }
 
 /// Reads a PLY.
 ///
 /// # Errors
 /// [`FormatError`] if the header is broken, has no `vertex` with scalar `x y z`, or the data end early.
-pub fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
-    let mut lines = Lines::new(bytes);
+pub(super) fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
+    let mut lines = LineReader::new(bytes);
     let header = read_header(&mut lines)?;
-    let Some(place) = header.elements.iter().position(|e| e.name == "vertex") else {
+    let Some(index) = header.elements.iter().position(|e| e.name == "vertex") else {
         return Err(line_error(
             &lines,
             "an element `vertex` in the header",
             "none",
         ));
     };
-    let (before, vertex) = match header.elements.get(..=place) {
+    let (before, vertex) = match header.elements.get(..=index) {
         Some([before @ .., vertex]) => (before, vertex),
         _ => {
             return Err(line_error(
@@ -36,16 +38,16 @@ pub fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
             ));
         }
     };
-    let columns = Columns::of(vertex, &lines)?;
+    let columns = PlyColumns::new(vertex, &lines)?;
     match header.encoding {
-        Encoding::Ascii => {
+        PlyEncoding::Ascii => {
             for element in before {
                 skip_ascii(&mut lines, element)?;
             }
             read_ascii(&mut lines, vertex, &columns)
         }
-        Encoding::Binary(endian) => {
-            let mut at = lines.at;
+        PlyEncoding::Binary(endian) => {
+            let mut at = lines.offset;
             for element in before {
                 at = skip_binary(bytes, at, element, endian)?;
             }
@@ -54,19 +56,19 @@ pub fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
     }
 }
 
-/// Which properties of `vertex` hold what.
-struct Columns {
+/// Indices of the properties with coordinates and normal.
+struct PlyColumns {
     xyz: [usize; 3],
     normal: Option<[usize; 3]>,
 }
 
-impl Columns {
-    fn of(vertex: &Element, lines: &Lines<'_>) -> Result<Self, FormatError> {
+impl PlyColumns {
+    fn new(vertex: &PlyElement, lines: &LineReader<'_>) -> Result<Self, FormatError> {
         let find = |name: &str| {
             vertex
                 .properties
                 .iter()
-                .position(|(n, p)| n == name && matches!(p, Property::Scalar(_)))
+                .position(|(n, p)| n == name && matches!(p, PlyProperty::Scalar(_)))
         };
         let three = |names: [&str; 3]| match names.map(find) {
             [Some(x), Some(y), Some(z)] => Some([x, y, z]),
@@ -86,37 +88,37 @@ impl Columns {
         })
     }
 
-    /// Offset and type of x y z and the normal within one vertex without lists.
-    fn offsets(&self, vertex: &Element) -> Option<Vec<(usize, Scalar)>> {
-        let mut places = Vec::with_capacity(vertex.properties.len());
+    /// Offset and type of x y z and the normal within one vertex; `None` for vertices with lists.
+    fn offsets(&self, vertex: &PlyElement) -> Option<Vec<(usize, Scalar)>> {
+        let mut offsets = Vec::with_capacity(vertex.properties.len());
         let mut at = 0;
         for (_, property) in &vertex.properties {
-            let Property::Scalar(scalar) = property else {
+            let PlyProperty::Scalar(scalar) = property else {
                 return None;
             };
-            places.push((at, *scalar));
+            offsets.push((at, *scalar));
             at += scalar.size();
         }
         let wanted = self
             .xyz
             .into_iter()
             .chain(self.normal.into_iter().flatten());
-        wanted.map(|i| places.get(i).copied()).collect()
+        wanted.map(|i| offsets.get(i).copied()).collect()
     }
 
     /// The points of `body`, a whole number of vertices of `stride` bytes.
-    fn gather(
+    fn read_vertices(
         &self,
         body: &[u8],
         stride: usize,
         offsets: &[(usize, Scalar)],
         endian: Endian,
     ) -> CloudFile {
-        let mut cloud = self.cloud(body.len() / stride);
+        let mut cloud = self.empty_cloud(body.len() / stride);
         for vertex in body.chunks_exact(stride) {
             let value = |i: usize| {
-                let place = offsets.get(i);
-                place
+                offsets
+                    .get(i)
                     .and_then(|(at, scalar)| scalar.read(vertex, *at, endian))
                     .unwrap_or(f64::NAN)
             };
@@ -128,14 +130,14 @@ impl Columns {
         cloud
     }
 
-    fn cloud(&self, capacity: usize) -> CloudFile {
+    fn empty_cloud(&self, capacity: usize) -> CloudFile {
         CloudFile {
             points: Vec::with_capacity(capacity),
             normals: self.normal.map(|_| Vec::with_capacity(capacity)),
         }
     }
 
-    /// Adds one point from the values of its scalar properties (lists stand as NaN).
+    /// Adds one point from the values of its properties (NaN for lists).
     fn push(&self, cloud: &mut CloudFile, values: &[f64]) {
         let value = |i: usize| values.get(i).copied().unwrap_or(f64::NAN);
         let [x, y, z] = self.xyz.map(value);
@@ -146,11 +148,11 @@ impl Columns {
     }
 }
 
-fn skip_ascii(lines: &mut Lines<'_>, element: &Element) -> Result<(), FormatError> {
+fn skip_ascii(lines: &mut LineReader<'_>, element: &PlyElement) -> Result<(), FormatError> {
     if element.properties.is_empty() {
         return Ok(());
     }
-    for seen in 0..element.count {
+    for read in 0..element.count {
         if lines.next_filled().is_none() {
             let expected = format!(
                 "{} lines of element `{}`",
@@ -160,7 +162,7 @@ fn skip_ascii(lines: &mut Lines<'_>, element: &Element) -> Result<(), FormatErro
             return Err(line_error(
                 lines,
                 &expected,
-                format!("the end of the file after {seen}"),
+                format!("the end of the file after {read}"),
             ));
         }
     }
@@ -168,38 +170,42 @@ fn skip_ascii(lines: &mut Lines<'_>, element: &Element) -> Result<(), FormatErro
 }
 
 fn read_ascii(
-    lines: &mut Lines<'_>,
-    vertex: &Element,
-    columns: &Columns,
+    lines: &mut LineReader<'_>,
+    vertex: &PlyElement,
+    columns: &PlyColumns,
 ) -> Result<CloudFile, FormatError> {
-    // A point takes at least six bytes of text, so the file's own length bounds what a header may ask for.
-    let room = lines.rest().len() / 6 + 1;
-    let mut cloud = columns.cloud(usize::try_from(vertex.count).unwrap_or(room).min(room));
+    // A point takes at least six bytes of text, so the length of the file bounds the number of points.
+    let max_points = lines.rest().len() / 6 + 1;
+    let mut cloud = columns.empty_cloud(
+        usize::try_from(vertex.count)
+            .unwrap_or(max_points)
+            .min(max_points),
+    );
     let mut values = Vec::with_capacity(vertex.properties.len());
-    for seen in 0..vertex.count {
+    for read in 0..vertex.count {
         let Some(line) = lines.next_filled() else {
             let expected = format!("{} vertices", vertex.count);
             return Err(line_error(
                 lines,
                 &expected,
-                format!("the end of the file after {seen}"),
+                format!("the end of the file after {read}"),
             ));
         };
         values.clear();
         let mut words = words(line);
         for (name, property) in &vertex.properties {
             let word = words.next();
-            let Some(value) = word.and_then(number) else {
+            let Some(value) = word.and_then(parse_number) else {
                 let expected = format!("a number for {}", quoted(name.as_bytes()));
                 let got = word.map_or_else(|| "the end of the line".to_owned(), quoted);
                 return Err(line_error(lines, &expected, got));
             };
             match property {
-                Property::Scalar(_) => values.push(value),
-                Property::List { .. } => {
-                    let mut left = value;
-                    while left >= 1.0 && words.next().is_some() {
-                        left -= 1.0;
+                PlyProperty::Scalar(_) => values.push(value),
+                PlyProperty::List { .. } => {
+                    let mut remaining = value;
+                    while remaining >= 1.0 && words.next().is_some() {
+                        remaining -= 1.0;
                     }
                     values.push(f64::NAN);
                 }
@@ -210,7 +216,7 @@ fn read_ascii(
     Ok(cloud)
 }
 
-fn truncated(bytes: &[u8], element: &Element, seen: u64) -> FormatError {
+fn truncated(bytes: &[u8], element: &PlyElement, read: u64) -> FormatError {
     FormatError::Byte {
         format: FORMAT,
         byte: bytes.len(),
@@ -221,39 +227,39 @@ fn truncated(bytes: &[u8], element: &Element, seen: u64) -> FormatError {
         ),
         got: format!(
             "the end of the file within number {}",
-            seen.saturating_add(1)
+            read.saturating_add(1)
         ),
     }
 }
 
-/// Bytes of one element if it has no lists.
-fn stride(element: &Element) -> Option<usize> {
+/// Size of one record in bytes, if it has no lists.
+fn stride(element: &PlyElement) -> Option<usize> {
     element
         .properties
         .iter()
         .try_fold(0usize, |sum, (_, p)| match p {
-            Property::Scalar(scalar) => Some(sum + scalar.size()),
-            Property::List { .. } => None,
+            PlyProperty::Scalar(scalar) => Some(sum + scalar.size()),
+            PlyProperty::List { .. } => None,
         })
 }
 
-/// Walks one element from `at`, calling `seen` with every scalar; gives where it ends.
-fn walk(
+/// Reads one record from `at`, calling `visit` with every scalar and NaN for every list; returns the offset of its end.
+fn read_record(
     bytes: &[u8],
     mut at: usize,
-    element: &Element,
+    element: &PlyElement,
     endian: Endian,
-    mut seen: impl FnMut(f64),
+    mut visit: impl FnMut(f64),
 ) -> Option<usize> {
     for (_, property) in &element.properties {
         match property {
-            Property::Scalar(scalar) => {
-                seen(scalar.read(bytes, at, endian)?);
+            PlyProperty::Scalar(scalar) => {
+                visit(scalar.read(bytes, at, endian)?);
                 at += scalar.size();
             }
-            Property::List { count, item } => {
+            PlyProperty::List { count, item } => {
                 let length = count.read(bytes, at, endian)?;
-                // A negative or huge length saturates, and then runs past the end.
+                // A negative or huge length saturates and then exceeds the file.
                 let length = if length < 0.0 {
                     usize::MAX
                 } else {
@@ -261,7 +267,7 @@ fn walk(
                 };
                 at = (at + count.size()).checked_add(length.checked_mul(item.size())?)?;
                 bytes.get(at..)?;
-                seen(f64::NAN);
+                visit(f64::NAN);
             }
         }
     }
@@ -271,7 +277,7 @@ fn walk(
 fn skip_binary(
     bytes: &[u8],
     mut at: usize,
-    element: &Element,
+    element: &PlyElement,
     endian: Endian,
 ) -> Result<usize, FormatError> {
     if let Some(stride) = stride(element) {
@@ -280,12 +286,12 @@ fn skip_binary(
             .and_then(|n| n.checked_mul(stride))
             .and_then(|n| n.checked_add(at))
             .filter(|end| *end <= bytes.len());
-        let whole = bytes.len().saturating_sub(at) / stride.max(1);
-        return end.ok_or_else(|| truncated(bytes, element, whole as u64));
+        let complete = bytes.len().saturating_sub(at) / stride.max(1);
+        return end.ok_or_else(|| truncated(bytes, element, complete as u64));
     }
-    for seen in 0..element.count {
-        at = walk(bytes, at, element, endian, |_| ())
-            .ok_or_else(|| truncated(bytes, element, seen))?;
+    for read in 0..element.count {
+        at = read_record(bytes, at, element, endian, |_| ())
+            .ok_or_else(|| truncated(bytes, element, read))?;
     }
     Ok(at)
 }
@@ -293,23 +299,27 @@ fn skip_binary(
 fn read_binary(
     bytes: &[u8],
     mut at: usize,
-    vertex: &Element,
-    columns: &Columns,
+    vertex: &PlyElement,
+    columns: &PlyColumns,
     endian: Endian,
 ) -> Result<CloudFile, FormatError> {
     if let (Some(stride), Some(offsets)) = (stride(vertex), columns.offsets(vertex)) {
         let end = skip_binary(bytes, at, vertex, endian)?;
         let body = bytes.get(at..end).unwrap_or_default();
-        return Ok(columns.gather(body, stride, &offsets, endian));
+        return Ok(columns.read_vertices(body, stride, &offsets, endian));
     }
-    // Every vertex takes at least its x y z, so a count that the file cannot hold asks for no memory.
-    let room = bytes.len().saturating_sub(at) / 3;
-    let mut cloud = columns.cloud(usize::try_from(vertex.count).unwrap_or(room).min(room));
+    // A vertex takes at least three bytes, so the length of the file bounds the number of points.
+    let max_points = bytes.len().saturating_sub(at) / 3;
+    let mut cloud = columns.empty_cloud(
+        usize::try_from(vertex.count)
+            .unwrap_or(max_points)
+            .min(max_points),
+    );
     let mut values = Vec::with_capacity(vertex.properties.len());
-    for seen in 0..vertex.count {
+    for read in 0..vertex.count {
         values.clear();
-        at = walk(bytes, at, vertex, endian, |v| values.push(v))
-            .ok_or_else(|| truncated(bytes, vertex, seen))?;
+        at = read_record(bytes, at, vertex, endian, |v| values.push(v))
+            .ok_or_else(|| truncated(bytes, vertex, read))?;
         columns.push(&mut cloud, &values);
     }
     Ok(cloud)
@@ -349,7 +359,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_type_and_encoding_comes_back(
+        fn every_type_and_encoding_is_read(
             encoding in 0usize..3,
             kinds in proptest::array::uniform7(0usize..8),
             points in proptest::collection::vec(proptest::array::uniform6(0i8..=127), 0..20),
@@ -407,7 +417,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hostile_count_is_an_error_and_no_allocation() {
+    fn a_huge_count_is_an_error_and_not_an_allocation() {
         for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
             for (element, properties) in [
                 (
@@ -432,7 +442,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_named_with_their_line() {
+    fn mistakes_are_reported_with_their_line() {
         let cases: [(&str, &str); 7] = [
             (
                 "ply\nformat ascii 1.0\nelement vertex many\n",
@@ -469,7 +479,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_binary_names_the_byte() {
+    fn a_truncated_binary_is_reported_with_its_byte() {
         let mut bytes = b"ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n".to_vec();
         let start = bytes.len();
         bytes.extend([0; 23]);

@@ -1,54 +1,50 @@
-//! The header of a PLY: which elements follow, of which properties, written how.
+//! The header of a PLY: the elements that follow, their properties, their encoding.
 
-use super::cloud::FormatError;
+use super::error::FormatError;
 use super::scalar::{Endian, Scalar};
-use super::text::{Lines, count, quoted, words};
+use super::text::{LineReader, parse_count, quoted, words};
 
 /// Name of the format in messages.
-pub const FORMAT: &str = "PLY";
+pub(super) const FORMAT: &str = "PLY";
 
-/// How the data are written.
+/// Encoding of the elements.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Encoding {
+pub(super) enum PlyEncoding {
     /// As text, one element per line.
     Ascii,
-    /// As bytes.
     Binary(Endian),
 }
 
-/// A property: one number, or a counted list of them.
-pub enum Property {
+/// The type of a property.
+pub(super) enum PlyProperty {
     /// One number.
     Scalar(Scalar),
-    /// A counted list of numbers.
-    List {
-        /// Type of the count.
-        count: Scalar,
-        /// Type of the items.
-        item: Scalar,
-    },
+    /// A count and that many numbers.
+    List { count: Scalar, item: Scalar },
 }
 
-/// A kind of thing in the file.
-pub struct Element {
+/// An element of the file.
+pub(super) struct PlyElement {
     /// `vertex`, `face`, ...
-    pub name: String,
-    /// As the header claims.
-    pub count: u64,
+    pub(super) name: String,
+    /// Number of records, not yet compared with the size of the file.
+    pub(super) count: u64,
     /// Name and type, in file order.
-    pub properties: Vec<(String, Property)>,
+    pub(super) properties: Vec<(String, PlyProperty)>,
 }
 
-/// What the header says.
-pub struct Header {
-    /// How the data are written.
-    pub encoding: Encoding,
+pub(super) struct PlyHeader {
+    pub(super) encoding: PlyEncoding,
     /// In file order.
-    pub elements: Vec<Element>,
+    pub(super) elements: Vec<PlyElement>,
 }
 
 /// An error at the line that was read last.
-pub fn line_error(lines: &Lines<'_>, expected: &str, got: impl Into<String>) -> FormatError {
+pub(super) fn line_error(
+    lines: &LineReader<'_>,
+    expected: &str,
+    got: impl Into<String>,
+) -> FormatError {
     FormatError::Line {
         format: FORMAT,
         line: lines.line.max(1),
@@ -57,7 +53,7 @@ pub fn line_error(lines: &Lines<'_>, expected: &str, got: impl Into<String>) -> 
     }
 }
 
-fn scalar(name: Option<&[u8]>) -> Option<Scalar> {
+fn scalar_type(name: Option<&[u8]>) -> Option<Scalar> {
     Some(match name? {
         b"char" | b"int8" => Scalar::I8,
         b"uchar" | b"uint8" => Scalar::U8,
@@ -73,31 +69,31 @@ fn scalar(name: Option<&[u8]>) -> Option<Scalar> {
     })
 }
 
-/// Reads the header up to and with `end_header`.
+/// Reads the header up to and including `end_header`.
 ///
 /// # Errors
 /// [`FormatError::Line`] at the first line that is no PLY header line.
-pub fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
+pub(super) fn read_header(lines: &mut LineReader<'_>) -> Result<PlyHeader, FormatError> {
     let first = lines.next_line().unwrap_or_default();
     if first != b"ply" {
         return Err(line_error(lines, "`ply`", quoted(first)));
     }
     let mut encoding = None;
-    let mut elements: Vec<Element> = Vec::new();
+    let mut elements: Vec<PlyElement> = Vec::new();
     loop {
         let Some(line) = lines.next_line() else {
             return Err(line_error(lines, "`end_header`", "the end of the file"));
         };
         let mut words = words(line);
         let bad =
-            |lines: &Lines<'_>, expected: &str| Err(line_error(lines, expected, quoted(line)));
+            |lines: &LineReader<'_>, expected: &str| Err(line_error(lines, expected, quoted(line)));
         match words.next() {
             None | Some(b"comment" | b"obj_info") => {}
             Some(b"format") => {
                 encoding = Some(match words.next() {
-                    Some(b"ascii") => Encoding::Ascii,
-                    Some(b"binary_little_endian") => Encoding::Binary(Endian::Little),
-                    Some(b"binary_big_endian") => Encoding::Binary(Endian::Big),
+                    Some(b"ascii") => PlyEncoding::Ascii,
+                    Some(b"binary_little_endian") => PlyEncoding::Binary(Endian::Little),
+                    Some(b"binary_big_endian") => PlyEncoding::Binary(Endian::Big),
                     _ => {
                         return bad(
                             lines,
@@ -107,10 +103,10 @@ pub fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
                 });
             }
             Some(b"element") => {
-                let (Some(name), Some(count)) = (words.next(), count(words.next())) else {
+                let (Some(name), Some(count)) = (words.next(), parse_count(words.next())) else {
                     return bad(lines, "`element NAME COUNT`");
                 };
-                elements.push(Element {
+                elements.push(PlyElement {
                     name: String::from_utf8_lossy(name).into_owned(),
                     count,
                     properties: Vec::new(),
@@ -122,12 +118,12 @@ pub fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
                 };
                 let kind = words.next();
                 let property = if kind == Some(b"list") {
-                    match (scalar(words.next()), scalar(words.next())) {
-                        (Some(count), Some(item)) => Some(Property::List { count, item }),
+                    match (scalar_type(words.next()), scalar_type(words.next())) {
+                        (Some(count), Some(item)) => Some(PlyProperty::List { count, item }),
                         _ => None,
                     }
                 } else {
-                    scalar(kind).map(Property::Scalar)
+                    scalar_type(kind).map(PlyProperty::Scalar)
                 };
                 let (Some(property), Some(name)) = (property, words.next()) else {
                     return bad(
@@ -143,7 +139,7 @@ pub fn read_header(lines: &mut Lines<'_>) -> Result<Header, FormatError> {
         }
     }
     match encoding {
-        Some(encoding) => Ok(Header { encoding, elements }),
+        Some(encoding) => Ok(PlyHeader { encoding, elements }),
         None => Err(line_error(lines, "a `format` line in the header", "none")),
     }
 }

@@ -1,4 +1,4 @@
-//! Clouds out: binary little-endian PLY, float32 x y z.
+//! The PLY writer: binary little-endian, float32 x y z.
 
 use nalgebra::Point3;
 
@@ -28,7 +28,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_is_read_again(coords in proptest::collection::vec(any::<[f32; 3]>(), 0..50)) {
+        fn a_written_cloud_is_read_back(coords in proptest::collection::vec(any::<[f32; 3]>(), 0..50)) {
             let points: Vec<_> = coords.iter().map(|c| Point3::from(c.map(f64::from))).collect();
             let bytes = write_ply(&points);
             let cloud = read_cloud(&bytes, Some("ply")).expect("our own PLY");

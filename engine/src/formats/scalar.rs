@@ -1,42 +1,30 @@
-//! The number types that binary clouds are made of.
+//! The number types of binary clouds.
 
 /// A scalar type of PLY or PCD.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scalar {
-    /// 8-bit signed.
+pub(super) enum Scalar {
     I8,
-    /// 8-bit unsigned.
     U8,
-    /// 16-bit signed.
     I16,
-    /// 16-bit unsigned.
     U16,
-    /// 32-bit signed.
     I32,
-    /// 32-bit unsigned.
     U32,
-    /// 64-bit signed.
     I64,
-    /// 64-bit unsigned.
     U64,
-    /// 32-bit float.
     F32,
-    /// 64-bit float.
     F64,
 }
 
-/// Order of the bytes of one number.
+/// Byte order of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Endian {
-    /// Least significant first.
+pub(super) enum Endian {
     Little,
-    /// Most significant first.
     Big,
 }
 
 impl Scalar {
-    /// Bytes of one number.
-    pub fn size(self) -> usize {
+    /// Size of a number, bytes.
+    pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -46,7 +34,7 @@ impl Scalar {
     }
 
     /// The number at `offset`, or `None` if `bytes` end before it does. 64-bit integers are rounded to `f64`.
-    pub fn read(self, bytes: &[u8], offset: usize, endian: Endian) -> Option<f64> {
+    pub(super) fn read(self, bytes: &[u8], offset: usize, endian: Endian) -> Option<f64> {
         fn array<const N: usize>(bytes: &[u8], offset: usize, endian: Endian) -> Option<[u8; N]> {
             let mut out: [u8; N] = *bytes.get(offset..)?.first_chunk()?;
             if endian == Endian::Big {

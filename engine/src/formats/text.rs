@@ -1,37 +1,36 @@
-//! Lines and words of text inside files that may also hold binary data.
+//! Lines and words of text in files that may also hold binary data.
 
-/// Walks the lines of a byte slice and knows where it stands.
-pub struct Lines<'a> {
+/// Reads a byte slice line by line.
+pub(super) struct LineReader<'a> {
     bytes: &'a [u8],
     /// Offset of the next byte.
-    pub at: usize,
-    /// Number of the line last given, from 1.
-    pub line: usize,
+    pub(super) offset: usize,
+    /// Number of the line read last, from 1.
+    pub(super) line: usize,
 }
 
-impl<'a> Lines<'a> {
-    /// From the start of `bytes`.
-    pub fn new(bytes: &'a [u8]) -> Self {
+impl<'a> LineReader<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
         Self {
             bytes,
-            at: 0,
+            offset: 0,
             line: 0,
         }
     }
 
-    /// What has not been given yet.
-    pub fn rest(&self) -> &'a [u8] {
-        self.bytes.get(self.at..).unwrap_or_default()
+    /// The bytes not yet read.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        self.bytes.get(self.offset..).unwrap_or_default()
     }
 
     /// The next line without its line end (LF or CR LF), trimmed of blanks.
-    pub fn next_line(&mut self) -> Option<&'a [u8]> {
+    pub(super) fn next_line(&mut self) -> Option<&'a [u8]> {
         let rest = self.rest();
         if rest.is_empty() {
             return None;
         }
         let length = rest.iter().position(|b| *b == b'\n');
-        self.at += length.map_or(rest.len(), |n| n + 1);
+        self.offset += length.map_or(rest.len(), |n| n + 1);
         self.line += 1;
         Some(
             rest.get(..length.unwrap_or(rest.len()))
@@ -41,7 +40,7 @@ impl<'a> Lines<'a> {
     }
 
     /// The next line that is not blank.
-    pub fn next_filled(&mut self) -> Option<&'a [u8]> {
+    pub(super) fn next_filled(&mut self) -> Option<&'a [u8]> {
         loop {
             let line = self.next_line()?;
             if !line.is_empty() {
@@ -51,24 +50,23 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// The words of a line, parted by blanks.
-pub fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+/// The words of a line, separated by blanks.
+pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace)
         .filter(|w| !w.is_empty())
 }
 
-/// A number as C and Rust write it, `nan` and `inf` included.
-pub fn number(word: &[u8]) -> Option<f64> {
+/// A number as C and Rust write it, including `nan` and `inf`.
+pub(super) fn parse_number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// A count as headers write it.
-pub fn count(word: Option<&[u8]>) -> Option<u64> {
+pub(super) fn parse_count(word: Option<&[u8]>) -> Option<u64> {
     std::str::from_utf8(word?).ok()?.parse().ok()
 }
 
-/// Foreign bytes as a quoted stretch of one line, shortened to 40 characters.
-pub fn quoted(bytes: &[u8]) -> String {
+/// Bytes of a file as a quoted text of one line, shortened to 40 characters.
+pub(super) fn quoted(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes.get(..bytes.len().min(160)).unwrap_or_default());
     let mut short: String = text.chars().take(40).collect();
     if short.len() < text.len() {

@@ -1,18 +1,19 @@
-//! XYZ text: one point per line, numbers parted by blanks, commas or semicolons; `#` begins a comment; further columns
-//! are ignored; a first line that names the columns (`x y z`, `x,y,z,intensity`) is passed over.
+//! XYZ text: one point per line, numbers separated by blanks, commas or semicolons. `#` begins a comment; further columns
+//! are ignored; a first line with the names of the columns (`x y z`, `x,y,z,intensity`) is skipped.
 
-use super::cloud::{CloudFile, FormatError};
-use super::text::{Lines, number, quoted};
+use super::cloud::CloudFile;
+use super::error::FormatError;
+use super::text::{LineReader, parse_number, quoted};
 use nalgebra::Point3;
 
 const FORMAT: &str = "XYZ text";
 
-/// Reads XYZ text. Normals are never taken from it: its further columns have no names.
+/// Reads XYZ text, without normals: further columns have no names.
 ///
 /// # Errors
 /// [`FormatError::Line`] at the first line without three numbers, or if there is no point at all.
-pub fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
-    let mut lines = Lines::new(bytes);
+pub(super) fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
+    let mut lines = LineReader::new(bytes);
     let mut points = Vec::with_capacity(bytes.len() / 20);
     let mut first = true;
     while let Some(line) = lines.next_line() {
@@ -35,12 +36,14 @@ pub fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
         }
         let mut point = Point3::origin();
         for ((out, word), name) in point.iter_mut().zip(xyz).zip(["x", "y", "z"]) {
-            *out = word.and_then(number).ok_or_else(|| FormatError::Line {
-                format: FORMAT,
-                line: lines.line,
-                expected: format!("a number for {name}"),
-                got: word.map_or_else(|| "the end of the line".to_owned(), quoted),
-            })?;
+            *out = word
+                .and_then(parse_number)
+                .ok_or_else(|| FormatError::Line {
+                    format: FORMAT,
+                    line: lines.line,
+                    expected: format!("a number for {name}"),
+                    got: word.map_or_else(|| "the end of the line".to_owned(), quoted),
+                })?;
         }
         points.push(point);
     }
@@ -66,7 +69,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_separator_and_line_end_comes_back(
+        fn every_separator_and_line_end_is_read(
             points in proptest::collection::vec(proptest::array::uniform3(-1e9f64..1e9), 1..40),
             separator in prop_oneof![Just(" "), Just(","), Just(";"), Just("\t"), Just(", "), Just(" ; ")],
             end in prop_oneof![Just("\n"), Just("\r\n"), Just(" # why\n"), Just(" 0.5 7\n\n")],
@@ -81,14 +84,14 @@ mod tests {
     }
 
     #[test]
-    fn column_names_on_the_first_line_are_passed_over() {
+    fn column_names_on_the_first_line_are_skipped() {
         let cloud = read(b"X,Y,Z,intensity\n1,2,3,9\nnan,nan,nan,0\n").expect("a table");
         assert_eq!(cloud.points.len(), 2);
         assert_eq!(cloud.points[0], Point3::new(1.0, 2.0, 3.0));
     }
 
     #[test]
-    fn prose_and_short_lines_are_named() {
+    fn prose_and_short_lines_are_errors() {
         let cases: [(&[u8], &str); 5] = [
             (
                 b"It was a dark and stormy night.\n",

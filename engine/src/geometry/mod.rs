@@ -1,29 +1,37 @@
-//! Takes coordinates, gives poses, views, neighbours and rigid registration. Metres, radians, REP-103 axes
-//! (x forward, y left, z up) everywhere.
+//! Poses, views, surfaces, neighbour search and rigid registration. Metres, radians, REP-103 axes (x forward, y left,
+//! z up) everywhere.
 
-mod directions;
-mod field;
-mod landmarks;
+mod constants;
+mod direction_index;
+mod drift;
+mod field_of_view;
 mod mount;
-mod neighbours;
-mod passage;
+mod plane_index;
+mod point_grid;
 mod pose;
-mod principal;
+mod principal_axes;
+mod range_noise;
+mod ray_index;
 mod rays;
 mod registration;
-mod scatter;
+mod sectors;
 mod surfaces;
 mod view;
 mod voxel;
 
-pub use field::Field;
-pub use landmarks::Landmarks;
+pub(crate) use drift::DriftTransform;
+pub use drift::RangeDrift;
+pub(crate) use field_of_view::FieldOfViewBounds;
 pub use mount::Mount;
-pub use neighbours::Grid;
-pub use passage::{Passage, RangeDrift};
+pub(crate) use plane_index::PlaneIndex;
+pub(crate) use point_grid::PointGrid;
 pub use pose::{Pose, RollPitchYaw};
-pub use rays::{Fan, Look, Rays, SECTORS};
-pub use registration::{Registration, RegistrationSettings, register};
-pub use surfaces::{Patch, Surfaces};
+pub use ray_index::RayIndex;
+pub(crate) use rays::RaySet;
+pub(crate) use registration::register;
+pub use registration::{Registration, RegistrationSettings};
+pub(crate) use surfaces::SurfacePatch;
+pub use surfaces::Surfaces;
 pub use view::{NoiseLaw, View};
-pub use voxel::{Thinned, Voxels, thin};
+pub(crate) use voxel::VoxelTable;
+pub use voxel::{DownsampledCloud, voxel_downsample};

@@ -1,4 +1,4 @@
-//! Rigid poses and the roll-pitch-yaw form in which people and JSON see them.
+//! Rigid poses, and their roll-pitch-yaw form for people and JSON.
 
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
@@ -17,8 +17,8 @@ pub struct RollPitchYaw {
 }
 
 impl RollPitchYaw {
-    /// The angles of `pose`'s rotation; pitch lies in `[-pi/2, pi/2]`.
-    pub fn of(pose: &Pose) -> Self {
+    /// The rotation of `pose`; pitch lies in `[-pi/2, pi/2]`.
+    pub fn from_pose(pose: &Pose) -> Self {
         let (roll_rad, pitch_rad, yaw_rad) = pose.rotation.euler_angles();
         Self {
             roll_rad,
@@ -43,7 +43,7 @@ mod tests {
     use nalgebra::Point3;
 
     #[test]
-    fn yaw_of_a_quarter_turn_carries_forward_to_left() {
+    fn a_yaw_of_a_quarter_turn_maps_forward_to_left() {
         let pose = RollPitchYaw {
             roll_rad: 0.0,
             pitch_rad: 0.0,
@@ -55,13 +55,13 @@ mod tests {
     }
 
     #[test]
-    fn angles_come_back_as_given() {
+    fn angles_survive_a_round_trip() {
         let given = RollPitchYaw {
             roll_rad: 0.1,
             pitch_rad: -0.4,
             yaw_rad: 2.0,
         };
-        let back = RollPitchYaw::of(&given.with_translation([0.0; 3]));
+        let back = RollPitchYaw::from_pose(&given.with_translation([0.0; 3]));
         assert!((back.roll_rad - 0.1).abs() < 1e-12);
         assert!((back.pitch_rad + 0.4).abs() < 1e-12);
         assert!((back.yaw_rad - 2.0).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! What one look from one place saw: points, and directions that gave nothing back.
+//! What was measured from one position: points, and directions without a return.
 
 use super::Pose;
 use nalgebra::{Point3, Unit, Vector3};
@@ -19,28 +19,28 @@ impl NoiseLaw {
     }
 }
 
-/// One look around from one place. A recorded cloud has points only; a sweep of our own also knows
-/// where the laser looked and saw nothing, and how noisy its ranges are.
+/// What was measured from one position. A recorded cloud has points only; a sweep also has the directions without a return
+/// and the noise of its ranges.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
     /// The sensor's optical centre, metres, in the frame of the points.
     pub origin: Point3<f64>,
-    /// Measured points (n of them, all finite), metres, in the order in which they came.
+    /// Measured points, finite, metres, in the order of measurement.
     pub points: Vec<Point3<f64>>,
-    /// Directions from `origin` along which the laser looked and nothing came back (range code 0).
+    /// Directions from `origin` in which the laser measured and nothing came back (range code 0).
     pub no_return: Vec<Unit<Vector3<f64>>>,
     /// Range in metres up to which a direction of `no_return` proves free space.
     pub free_range_m: f64,
     /// The sensor's own range noise where it is known; otherwise it is estimated from the points.
     pub noise: Option<NoiseLaw>,
-    /// The axis, in the frame of the points, about which a line scanner was tilted: its lines crowd towards it. `None`
-    /// for bare clouds and for sweeps of several pans, which have no one axis.
+    /// The axis, in the frame of the points, about which a line scanner was tilted: its lines converge towards it. `None` for
+    /// recorded clouds and for sweeps of several pans.
     pub tilt_axis: Option<Unit<Vector3<f64>>>,
 }
 
 impl View {
-    /// A bare recorded cloud: points seen from `origin`, nothing known about empty directions.
-    pub fn bare(points: Vec<Point3<f64>>, origin: Point3<f64>) -> Self {
+    /// A recorded cloud: `points` measured from `origin`, nothing known about directions without a return.
+    pub fn from_points(points: Vec<Point3<f64>>, origin: Point3<f64>) -> Self {
         Self {
             origin,
             points,
@@ -51,7 +51,7 @@ impl View {
         }
     }
 
-    /// The same look, expressed in another frame.
+    /// The same view in another frame.
     pub fn transformed(&self, other_from_this: &Pose) -> Self {
         Self {
             origin: other_from_this * self.origin,
@@ -75,8 +75,8 @@ mod tests {
     use nalgebra::{Point3, Vector3};
 
     #[test]
-    fn the_tilt_axis_turns_with_the_view() {
-        let mut view = View::bare(vec![Point3::new(1.0, 0.0, 0.0)], Point3::origin());
+    fn the_tilt_axis_rotates_with_the_view() {
+        let mut view = View::from_points(vec![Point3::new(1.0, 0.0, 0.0)], Point3::origin());
         view.tilt_axis = Some(Vector3::y_axis());
         let quarter = RollPitchYaw {
             roll_rad: 0.0,
@@ -84,7 +84,7 @@ mod tests {
             yaw_rad: std::f64::consts::FRAC_PI_2,
         }
         .with_translation([5.0, 0.0, 0.0]);
-        let axis = view.transformed(&quarter).tilt_axis.expect("carried");
+        let axis = view.transformed(&quarter).tilt_axis.expect("kept");
         assert!((axis.into_inner() + Vector3::x()).norm() < 1e-12);
     }
 }

@@ -1,34 +1,36 @@
-//! The corridor as one readable function: from two looks at a place to what changed, where, of which shape.
+//! The pipeline as one function: two views of a place to what changed, where, and of which shape.
 
 use super::settings::EngineSettings;
 use crate::geometry::View;
-use crate::novelty::{self, Detection, Kind, Novelty, NoveltyError, Reference, detect};
+use crate::novelty::{
+    Detection, DetectionStage, Novelty, NoveltyError, NoveltyKind, Reference, detect,
+};
 use crate::shape::{BeamDensity, Retrieval, ShapeSettings, retrieve};
 use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
 
-/// The step that begins; lets the caller time them.
+/// A step of an inspection, reported when it begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Stage {
-    /// A step of finding what changed.
-    Novelty(novelty::Stage),
-    /// Shapes are retrieved.
+pub enum InspectionStage {
+    /// A step of the detection.
+    Detection(DetectionStage),
+    /// Retrieval of shapes.
     Shape,
 }
 
-/// What an inspection found.
+/// Result of an inspection.
 #[derive(Debug, Clone)]
 pub struct Inspection {
     /// Verdict, distance and novelties.
     pub detection: Detection,
-    /// What was retrieved for each novelty; `None` where it has too few points for a shape.
+    /// Shape of each novelty, in their order; `None` where it has too few points for one.
     pub retrievals: Vec<Option<Retrieval>>,
 }
 
-/// Makes a view ready to be a reference.
+/// Prepares a view as a reference for any number of inspections. `seed` is for fits with random starts.
 ///
 /// # Errors
-/// Too few points to compare anything with.
+/// Too few points, or coordinates that are not finite.
 pub fn prepare(
     view: &View,
     settings: &EngineSettings,
@@ -37,19 +39,19 @@ pub fn prepare(
     Reference::prepare(view, &settings.novelty, seed)
 }
 
-/// Compares what is seen now with the reference: brings the views together, finds what came and what went,
-/// takes their distance, judges it against U_th, and retrieves the shape of each thing found.
+/// Compares `current` with `reference`: registers the views, finds novelties, takes d_GMM, compares it with U_th, and
+/// retrieves the shape of each novelty. `observer` is called when a step begins.
 ///
 /// # Errors
-/// A view with too few points. All milder trouble is a verdict.
+/// A view with too few points, or with coordinates that are not finite. Everything milder is a verdict.
 pub fn inspect(
     reference: &Reference,
     current: &View,
     settings: &EngineSettings,
     seed: u64,
-    observer: &mut dyn FnMut(Stage),
+    observer: &mut dyn FnMut(InspectionStage),
 ) -> Result<Inspection, NoveltyError> {
-    let mut novelty_stage = |stage| observer(Stage::Novelty(stage));
+    let mut novelty_stage = |stage| observer(InspectionStage::Detection(stage));
     let detection = detect(
         reference,
         current,
@@ -58,7 +60,7 @@ pub fn inspect(
         &mut novelty_stage,
     )?;
 
-    observer(Stage::Shape);
+    observer(InspectionStage::Shape);
     let retrievals = detection
         .novelties
         .par_iter()
@@ -79,15 +81,16 @@ fn shape_of(
     seed: u64,
 ) -> Option<Retrieval> {
     let [reference_noise, current_noise] = detection.noise;
-    let then = &reference.prepared.view;
+    let reference_view = &reference.prepared.view;
     let current_from_reference = &detection.registration.current_from_reference;
     let (origin, noise, seen_by, tilt_axis) = match novelty.kind {
-        Kind::Appeared => (current.origin, current_noise, current, current.tilt_axis),
-        Kind::Disappeared => (
-            current_from_reference * then.origin,
+        NoveltyKind::Appeared => (current.origin, current_noise, current, current.tilt_axis),
+        NoveltyKind::Disappeared => (
+            current_from_reference * reference_view.origin,
             reference_noise,
-            then,
-            then.tilt_axis
+            reference_view,
+            reference_view
+                .tilt_axis
                 .map(|axis| current_from_reference.rotation * axis),
         ),
     };
@@ -98,13 +101,13 @@ fn shape_of(
     let shape_settings = ShapeSettings {
         noise,
         independent_share,
-        density: density(settings.shape.density, tilt_axis),
+        density: beam_density(settings.shape.density, tilt_axis),
         ..settings.shape.clone()
     };
-    // Too few points for a surface is an answer, not a failure: the novelty stands without a shape.
+    // Too few points for a shape is no failure of the inspection.
     retrieve(
-        &novelty.places,
-        &novelty.rim,
+        &novelty.points,
+        &novelty.surroundings,
         &novelty.mixture,
         &origin,
         &shape_settings,
@@ -113,8 +116,8 @@ fn shape_of(
     .ok()
 }
 
-/// Where the sensor was tilted about an axis its lines crowd towards it; otherwise as configured.
-fn density(configured: BeamDensity, tilt_axis: Option<Unit<Vector3<f64>>>) -> BeamDensity {
+/// Scan lines of a tilted sensor crowd towards the tilt axis; otherwise the density is as configured.
+fn beam_density(configured: BeamDensity, tilt_axis: Option<Unit<Vector3<f64>>>) -> BeamDensity {
     match (configured, tilt_axis) {
         (BeamDensity::SolidAngle, Some(axis)) => BeamDensity::TiltSweep { axis },
         _ => configured,

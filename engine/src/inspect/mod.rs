@@ -1,8 +1,10 @@
-//! Takes a reference and a view, gives the inspection: the whole pipeline in one call.
+//! The whole pipeline in one call: from a reference and a current view to verdict, novelties and shapes.
 
 mod constants;
+mod engine;
 mod inspection;
 mod settings;
 
-pub use inspection::{Inspection, Stage, inspect, prepare};
+pub use engine::{Engine, UnknownEngine};
+pub use inspection::{Inspection, InspectionStage, inspect, prepare};
 pub use settings::EngineSettings;

@@ -1,42 +1,51 @@
-//! The engine's settings: `standard` and `paper` are two rows of one struct and walk the same corridor.
+//! The engine's settings. `standard` and `paper` are two values of one struct and run the same pipeline.
 
-use super::constants::{PAPER_MOST_COMPONENTS, SWEEP_INDEPENDENT_SHARE};
+use super::constants::{PAPER_MAX_COMPONENTS, SWEEP_INDEPENDENT_SHARE};
+use super::engine::Engine;
 use crate::novelty;
 use crate::shape::ShapeSettings;
 
-/// Everything the engine may be told.
+/// All settings of the engine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EngineSettings {
     /// How changes are found.
-    pub novelty: novelty::Settings,
+    pub novelty: novelty::NoveltySettings,
     /// How shapes are retrieved.
     pub shape: ShapeSettings,
-    /// Share of a sweep's points that count as independent; a bare cloud's all do.
+    /// Share of a sweep's points that count as independent; those of a bare cloud all do.
     pub sweep_independent_share: f64,
 }
 
 impl EngineSettings {
-    /// patrold's own engine.
+    /// The settings of `engine`.
+    pub fn for_engine(engine: Engine) -> Self {
+        match engine {
+            Engine::Standard => Self::standard(),
+            Engine::Paper => Self::paper(),
+        }
+    }
+
+    /// patrold's own engine, the default.
     pub fn standard() -> Self {
         Self {
-            novelty: novelty::Settings::default(),
+            novelty: novelty::NoveltySettings::default(),
             shape: ShapeSettings::default(),
             sweep_independent_share: SWEEP_INDEPENDENT_SHARE,
         }
     }
 
-    /// The published recipe, made well-posed: both clouds fitted alone, Algorithm 1 on the mixtures, shapes from
-    /// the mixtures' moments and from samples on their ellipsoids.
+    /// The published recipe, made well-posed (`docs/novelty.md section 10`): both views fitted alone, Algorithm 1 on the
+    /// mixtures, shapes from the mixtures' moments and from samples on their ellipsoids.
     pub fn paper() -> Self {
         Self {
-            novelty: novelty::Settings {
+            novelty: novelty::NoveltySettings {
                 segmentation: novelty::Segmentation::Mixture,
-                model: novelty::Model::Independent {
-                    most: PAPER_MOST_COMPONENTS,
+                model: novelty::RevisitModel::Independent {
+                    max_components: PAPER_MAX_COMPONENTS,
                 },
-                ..novelty::Settings::default()
+                ..novelty::NoveltySettings::default()
             },
-            shape: ShapeSettings::ideal(),
+            shape: ShapeSettings::paper(),
             sweep_independent_share: 1.0,
         }
     }

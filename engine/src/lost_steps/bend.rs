@@ -1,157 +1,162 @@
-//! A view that is bent at one instant: the best instant and turn are found together with the best pose.
+//! Fits a bend: from one instant of the sweep on, all points are rotated and shifted.
 //!
-//! Point-to-plane least squares on the reference's flat places, as in registration, with more unknowns: a turn about
-//! the pan axis, one about the tilt axis and a shift of the robot, which all points have from some instant on. Sums are kept per stretch of the
-//! sweep, so that every instant is tried at the price of one pass.
+//! Point-to-plane least squares on the reference's flat cells, as in registration, with four more unknowns: rotation
+//! about the pan axis, rotation about the tilt axis, and a shift of the robot. The normal equations are summed per
+//! stretch of the sweep, so that every instant is tried at the price of one pass.
 
 use super::constants::{
-    BEND_AGREE_M, BEND_ALIKE, BEND_GATES_M, BEND_POINTS, BEND_PRIOR_SD, BEND_SIGMA_M,
-    BEND_STRETCHES, LEAST_BEND_GAIN,
+    BEND_AGREEMENT_GATE_M, BEND_GATES_M, BEND_HEIGHT_SIGMA_M, BEND_POINTS,
+    BEND_POINTS_PER_INDEPENDENT, BEND_PRIOR_SD, BEND_STRETCHES, MIN_BEND_GAIN,
+    MIN_BEND_GAIN_OF_SMALLER_PART,
 };
-use crate::geometry::{Landmarks, Passage, Pose, RangeDrift, Registration};
+use crate::geometry::{DriftTransform, PlaneIndex, Pose, RangeDrift, Registration};
 use crate::sweep::Sweep;
 use nalgebra::{Point3, SMatrix, SVector, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
-/// Unknowns of a view that is not bent: six of the pose, two of the drift; and all of them.
-const STRAIGHT: usize = 8;
-const ALL: usize = 12;
+/// Unknowns of a view that is not bent: six of the pose, two of the drift.
+const STRAIGHT_UNKNOWNS: usize = 8;
+/// With the four of the bend.
+const UNKNOWNS: usize = 12;
 
-type Matrix = SMatrix<f64, ALL, ALL>;
-type Vector = SVector<f64, ALL>;
+type Matrix = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
+type Vector = SVector<f64, UNKNOWNS>;
 
-/// A bend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bend {
-    /// Share of the sweep that lies before it.
+    /// Share of the sweep that lies before the bend.
     pub after: f64,
-    /// Turn about the pan axis of what lies after it, radians.
+    /// Rotation about the pan axis of what lies after the bend.
     pub pan_rad: f64,
-    /// About the tilt axis, positive up.
+    /// The same about the tilt axis, positive up.
     pub tilt_rad: f64,
-    /// How far what lies after it is shifted, forward and left, metres.
+    /// Shift of what lies after the bend, forward and left.
     pub shift_m: [f64; 2],
-    /// By how much more of the view agrees with the reference once it is bent back.
-    pub gain: f64,
 }
 
-struct Sample {
+struct SweepSample {
     point: Point3<f64>,
-    /// Tilt axis; the pan axis is z.
-    axis: Vector3<f64>,
+    /// The pan axis is z.
+    tilt_axis: Vector3<f64>,
     stretch: usize,
 }
 
-/// Where a fit stands.
+/// Estimate of all unknowns.
 #[derive(Debug, Clone, Copy)]
-struct Fit {
+struct BendFit {
     pose: Pose,
     drift: RangeDrift,
-    /// Bent from this stretch on; [`BEND_STRETCHES`]: nowhere.
-    from: usize,
+    /// The first stretch after the bend; [`BEND_STRETCHES`] if there is no bend.
+    bent_from: usize,
     /// Pan and tilt in radians, forward and left in metres.
     bend: [f64; 4],
 }
 
-/// Sums over a stretch.
 #[derive(Clone)]
-struct Sums {
+struct BendEquations {
     matrix: Matrix,
     vector: Vector,
 }
 
-/// The bend that explains `sweep` best, if any explains enough.
-pub fn find(landmarks: &Landmarks, sweep: &Sweep, registration: &Registration) -> Option<Bend> {
+/// The best bend, if it explains enough more of the sweep than none.
+pub fn find(
+    reference_planes: &PlaneIndex,
+    sweep: &Sweep,
+    registration: &Registration,
+) -> Option<Bend> {
     let samples = samples(sweep);
-    let scene = Scene {
-        landmarks,
+    let problem = BendProblem {
+        reference_planes,
         samples: &samples,
         origin: sweep.view.origin,
     };
-    let start = Fit {
+    let start = BendFit {
         pose: registration.current_from_reference.inverse(),
         drift: registration.drift,
-        from: BEND_STRETCHES,
+        bent_from: BEND_STRETCHES,
         bend: [0.0; 4],
     };
-    let bent = scene.follow(start, true);
-    let straight = scene.follow(start, false);
-    let gain = scene.agreement(&bent) - scene.agreement(&straight).max(scene.agreement(&start));
-    let after = bent.from as f64 / BEND_STRETCHES as f64;
+    let bent = problem.solve(start, true);
+    let straight = problem.solve(start, false);
+    let gain =
+        problem.agreement(&bent) - problem.agreement(&straight).max(problem.agreement(&start));
+    let after = bent.bent_from as f64 / BEND_STRETCHES as f64;
     let smaller = after.min(1.0 - after);
-    (gain >= LEAST_BEND_GAIN[0].max(LEAST_BEND_GAIN[1] * smaller) && smaller > 0.0).then(|| Bend {
-        after,
-        pan_rad: bent.bend[0],
-        tilt_rad: bent.bend[1],
-        shift_m: [bent.bend[2], bent.bend[3]],
-        gain,
-    })
+    (gain >= MIN_BEND_GAIN.max(MIN_BEND_GAIN_OF_SMALLER_PART * smaller) && smaller > 0.0).then(
+        || Bend {
+            after,
+            pan_rad: bent.bend[0],
+            tilt_rad: bent.bend[1],
+            shift_m: [bent.bend[2], bent.bend[3]],
+        },
+    )
 }
 
-fn samples(sweep: &Sweep) -> Vec<Sample> {
+fn samples(sweep: &Sweep) -> Vec<SweepSample> {
     let count = sweep.view.points.len();
     let step = count.div_ceil(BEND_POINTS).max(1);
     let mut samples = Vec::with_capacity(count / step + 1);
-    for part in &sweep.parts {
-        // A tilt up turns about the axis the other way.
-        let axis = -part.tilt_axis.into_inner();
-        for at in part.points.clone().step_by(step) {
-            samples.extend(sweep.view.points.get(at).map(|point| Sample {
+    for part in &sweep.pan_segments {
+        // Tilting up is a negative rotation about the axis.
+        let tilt_axis = -part.tilt_axis.into_inner();
+        for i in part.points.clone().step_by(step) {
+            samples.extend(sweep.view.points.get(i).map(|point| SweepSample {
                 point: *point,
-                axis,
-                stretch: at * BEND_STRETCHES / count.max(1),
+                tilt_axis,
+                stretch: i * BEND_STRETCHES / count.max(1),
             }));
         }
     }
     samples
 }
 
-struct Scene<'a> {
-    landmarks: &'a Landmarks,
-    samples: &'a [Sample],
+struct BendProblem<'a> {
+    reference_planes: &'a PlaneIndex,
+    samples: &'a [SweepSample],
     origin: Point3<f64>,
 }
 
-impl Scene<'_> {
-    /// Where the sample lies once it is bent back.
-    fn straightened(&self, sample: &Sample, fit: &Fit) -> Point3<f64> {
-        if sample.stretch < fit.from {
+impl BendProblem<'_> {
+    /// The sample with the bend undone.
+    fn straightened(&self, sample: &SweepSample, fit: &BendFit) -> Point3<f64> {
+        if sample.stretch < fit.bent_from {
             return sample.point;
         }
         let [pan, tilt, forward, left] = fit.bend;
-        let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * pan + sample.axis * tilt);
+        let rotation =
+            UnitQuaternion::from_scaled_axis(Vector3::z() * pan + sample.tilt_axis * tilt);
         let shift = Vector3::new(forward, left, 0.0);
-        self.origin + turn * (sample.point - self.origin) + shift
+        self.origin + rotation * (sample.point - self.origin) + shift
     }
 
-    fn follow(&self, start: Fit, may_bend: bool) -> Fit {
+    fn solve(&self, start: BendFit, may_bend: bool) -> BendFit {
         let mut fit = start;
         for gate_m in BEND_GATES_M {
-            if let Some(next) = self.improved(&fit, gate_m, may_bend) {
+            if let Some(next) = self.iterate(&fit, gate_m, may_bend) {
                 fit = next;
             }
         }
         fit
     }
 
-    /// One pass: all places found anew, pose, drift and bend solved together, for the best instant.
-    fn improved(&self, fit: &Fit, gate_m: f64, may_bend: bool) -> Option<Fit> {
-        let stretches = self.sums(fit, gate_m);
-        let mut all = Sums::default();
-        stretches.iter().for_each(|sums| all.add(sums));
-        let straight = all.unbent();
-        let (mut gain, mut solved, mut from) = {
+    /// One iteration: planes are matched again; pose, drift and bend are solved together, for the best instant.
+    fn iterate(&self, fit: &BendFit, gate_m: f64, may_bend: bool) -> Option<BendFit> {
+        let stretches = self.normal_equations(fit, gate_m);
+        let mut all = BendEquations::default();
+        stretches.iter().for_each(|stretch| all.add(stretch));
+        let straight = all.without_bend();
+        let (mut gain, mut solved, mut bent_from) = {
             let (gain, solved) = straight.solve(fit)?;
             (gain, solved, BEND_STRETCHES)
         };
         if may_bend {
-            let mut later = Sums::default();
+            let mut later = BendEquations::default();
             for stretch in (1..BEND_STRETCHES).rev() {
                 later.add(&stretches[stretch]);
-                let mut sums = straight.clone();
-                sums.bend_by(&later);
-                if let Some((better, how)) = sums.solve(fit).filter(|(g, _)| *g > gain) {
-                    (gain, solved, from) = (better, how, stretch);
+                let mut equations = straight.clone();
+                equations.set_bend(&later);
+                if let Some((better, how)) = equations.solve(fit).filter(|(g, _)| *g > gain) {
+                    (gain, solved, bent_from) = (better, how, stretch);
                 }
             }
         }
@@ -159,46 +164,46 @@ impl Scene<'_> {
             Vector3::new(solved[0], solved[1], solved[2]),
             Vector3::new(solved[3], solved[4], solved[5]),
         );
-        Some(Fit {
+        Some(BendFit {
             pose: step * fit.pose,
             drift: RangeDrift {
                 at_zero_m: fit.drift.at_zero_m + solved[6],
                 per_m: fit.drift.per_m + solved[7],
             },
-            from,
-            bend: std::array::from_fn(|i| solved[STRAIGHT + i]),
+            bent_from,
+            bend: std::array::from_fn(|i| solved[STRAIGHT_UNKNOWNS + i]),
         })
     }
 
-    fn sums(&self, fit: &Fit, gate_m: f64) -> Vec<Sums> {
-        let passage = Passage::to_reference(fit.pose, fit.drift, self.origin);
-        let eye = fit.pose * self.origin;
-        let part = |samples: &[Sample]| {
-            let mut sums = vec![Sums::default(); BEND_STRETCHES];
+    fn normal_equations(&self, fit: &BendFit, gate_m: f64) -> Vec<BendEquations> {
+        let reference_from_sweep = DriftTransform::to_reference(fit.pose, fit.drift, self.origin);
+        let sensor = fit.pose * self.origin;
+        let part = |samples: &[SweepSample]| {
+            let mut equations = vec![BendEquations::default(); BEND_STRETCHES];
             for sample in samples {
                 let straight = self.straightened(sample, fit);
-                let place = passage.carry(&straight);
-                let Some(patch) = self.landmarks.exactly(&place, gate_m) else {
+                let point = reference_from_sweep.apply(&straight);
+                let Some(patch) = self.reference_planes.find_exact(&point, gate_m) else {
                     continue;
                 };
                 let normal = patch.normal;
-                let height_m = patch.height_m(&place);
-                let ray = place - eye;
+                let height_m = patch.height_m(&point);
+                let ray = point - sensor;
                 let range_m = ray.norm().max(1e-9);
                 let along = normal.dot(&ray) / range_m;
-                let turn = place.coords.cross(&normal);
+                let rotation = point.coords.cross(&normal);
                 let arm = straight - self.origin;
                 let bent_by =
                     |axis: &Vector3<f64>| normal.dot(&(fit.pose.rotation * axis.cross(&arm)));
                 let shifted_by = |axis: Vector3<f64>| normal.dot(&(fit.pose.rotation * axis));
                 let bends = [
                     bent_by(&Vector3::z()),
-                    bent_by(&sample.axis),
+                    bent_by(&sample.tilt_axis),
                     shifted_by(Vector3::x()),
                     shifted_by(Vector3::y()),
                 ];
-                // The height that the place would have unbent: the whole bend is solved for, not a further one.
-                let unbent_m = if sample.stretch < fit.from {
+                // Height without the bend: the whole bend is solved for, not an increment.
+                let unbent_m = if sample.stretch < fit.bent_from {
                     height_m
                 } else {
                     let bent_m: f64 = bends.iter().zip(fit.bend).map(|(b, by)| b * by).sum();
@@ -208,9 +213,9 @@ impl Scene<'_> {
                     normal.x,
                     normal.y,
                     normal.z,
-                    turn.x,
-                    turn.y,
-                    turn.z,
+                    rotation.x,
+                    rotation.y,
+                    rotation.z,
                     along,
                     along * range_m,
                     bends[0],
@@ -218,17 +223,17 @@ impl Scene<'_> {
                     bends[2],
                     bends[3],
                 ]);
-                // Tukey's biweight: what lies a gate away has no say.
+                // Tukey's biweight: zero at the gate.
                 let weight = (1.0 - (height_m / gate_m).powi(2)).powi(2);
-                let sums = &mut sums[sample.stretch.min(BEND_STRETCHES - 1)];
-                sums.matrix += j * j.transpose() * weight;
-                sums.vector -= j * (weight * unbent_m);
+                let stretch = &mut equations[sample.stretch.min(BEND_STRETCHES - 1)];
+                stretch.matrix += j * j.transpose() * weight;
+                stretch.vector -= j * (weight * unbent_m);
             }
-            sums
+            equations
         };
-        // Parts of one size, summed in their order: the answer never depends on threads.
-        let parts: Vec<Vec<Sums>> = self.samples.par_chunks(1000).map(part).collect();
-        let mut total = vec![Sums::default(); BEND_STRETCHES];
+        // Parts of fixed size, summed in order: the result does not depend on the number of threads.
+        let parts: Vec<Vec<BendEquations>> = self.samples.par_chunks(1000).map(part).collect();
+        let mut total = vec![BendEquations::default(); BEND_STRETCHES];
         for part in &parts {
             for (sum, more) in total.iter_mut().zip(part) {
                 sum.add(more);
@@ -237,14 +242,16 @@ impl Scene<'_> {
         total
     }
 
-    /// Mean over the samples of 1 - (height / gate)^2, none counting as 0.
-    fn agreement(&self, fit: &Fit) -> f64 {
-        let passage = Passage::to_reference(fit.pose, fit.drift, self.origin);
-        let agrees = |sample: &Sample| {
-            let place = passage.carry(&self.straightened(sample, fit));
-            let patch = self.landmarks.exactly(&place, BEND_AGREE_M);
+    /// Mean over the samples of 1 - (height / gate)^2; a sample without a plane counts as 0.
+    fn agreement(&self, fit: &BendFit) -> f64 {
+        let reference_from_sweep = DriftTransform::to_reference(fit.pose, fit.drift, self.origin);
+        let agrees = |sample: &SweepSample| {
+            let point = reference_from_sweep.apply(&self.straightened(sample, fit));
+            let patch = self
+                .reference_planes
+                .find_exact(&point, BEND_AGREEMENT_GATE_M);
             patch.map_or(0.0, |patch| {
-                1.0 - (patch.height_m(&place) / BEND_AGREE_M).powi(2)
+                1.0 - (patch.height_m(&point) / BEND_AGREEMENT_GATE_M).powi(2)
             })
         };
         let parts: Vec<f64> = self
@@ -256,7 +263,7 @@ impl Scene<'_> {
     }
 }
 
-impl Default for Sums {
+impl Default for BendEquations {
     fn default() -> Self {
         Self {
             matrix: Matrix::zeros(),
@@ -265,16 +272,16 @@ impl Default for Sums {
     }
 }
 
-impl Sums {
+impl BendEquations {
     fn add(&mut self, other: &Self) {
         self.matrix += other.matrix;
         self.vector += other.vector;
     }
 
-    /// The same with no point bent.
-    fn unbent(&self) -> Self {
+    /// Without the unknowns of the bend.
+    fn without_bend(&self) -> Self {
         let mut unbent = self.clone();
-        for i in STRAIGHT..ALL {
+        for i in STRAIGHT_UNKNOWNS..UNKNOWNS {
             unbent.matrix.fill_row(i, 0.0);
             unbent.matrix.fill_column(i, 0.0);
             unbent.vector[i] = 0.0;
@@ -282,26 +289,27 @@ impl Sums {
         unbent
     }
 
-    /// Bends the points of `later`.
-    fn bend_by(&mut self, later: &Self) {
-        for i in STRAIGHT..ALL {
+    /// Sets the rows and columns of the bend from the points of `later`, which lie after it.
+    fn set_bend(&mut self, later: &Self) {
+        for i in STRAIGHT_UNKNOWNS..UNKNOWNS {
             self.matrix.set_row(i, &later.matrix.row(i));
             self.matrix.set_column(i, &later.matrix.column(i));
             self.vector[i] = later.vector[i];
         }
     }
 
-    /// By how much the squares of the heights shrink, and the unknowns.
-    fn solve(&self, fit: &Fit) -> Option<(f64, Vector)> {
+    /// Decrease of the sum of squared heights, and the step of the unknowns.
+    fn solve(&self, fit: &BendFit) -> Option<(f64, Vector)> {
         let mut matrix = self.matrix;
         let mut vector = self.vector;
         for (i, sd) in BEND_PRIOR_SD.iter().enumerate() {
-            let pull = BEND_SIGMA_M * BEND_SIGMA_M * BEND_ALIKE / (sd * sd);
-            matrix[(i, i)] += pull;
-            // The drift's prior is about none, that of the pose about where it stands.
+            let prior =
+                BEND_HEIGHT_SIGMA_M * BEND_HEIGHT_SIGMA_M * BEND_POINTS_PER_INDEPENDENT / (sd * sd);
+            matrix[(i, i)] += prior;
+            // The prior of the drift is centred at zero, that of the pose at its present value.
             match i {
-                6 => vector[i] -= pull * fit.drift.at_zero_m,
-                7 => vector[i] -= pull * fit.drift.per_m,
+                6 => vector[i] -= prior * fit.drift.at_zero_m,
+                7 => vector[i] -= prior * fit.drift.per_m,
                 _ => {}
             }
         }

@@ -1,43 +1,50 @@
-//! Every figure that decides something in this module, its unit and where it comes from.
+//! Constants of the lost-step check: unit and origin of each.
 
-/// Shift in the middle of a sweep from which the robot moved, metres: what a surface may lie off without being a novelty.
-pub const MOST_SHIFT_M: f64 = 0.02;
+/// Shift in the middle of a sweep from which the robot moved, metres: as far as a surface may be off without being a
+/// novelty.
+pub const MIN_BEND_SHIFT_M: f64 = 0.02;
 
-/// Turn in the middle of a sweep from which steps were lost, radians: a quarter of a degree. A robot that stands askew does not
-/// turn meanwhile, so what is suspected of a whole view is no bound; twice what a visit without loss was ever bent by, and what
-/// is left of half a degree in a sweep's last three lines.
-pub const LEAST_BEND_RAD: f64 = 0.0044;
+/// Rotation in the middle of a sweep from which steps were lost, radians: a quarter of a degree. A robot does not turn during
+/// a sweep, so this may be less than what is suspected of a whole view. Twice the largest bend of visits without loss; what
+/// is left of half a degree in the last three lines of a sweep.
+pub const MIN_BEND_RAD: f64 = 0.0044;
 
-/// Share of the flat surfaces below which, and of what either view saw of the other below which, the place is another one.
-/// What came hides the reference, what went lay bare; both at once is another room. Emulated rooms against one another: 0.56
-/// and 0.67 at most; the same room changed: 0.85 and 0.90 of the better view at least.
-pub const OTHER_PLACE: (f64, f64) = (0.65, 0.75);
+/// It is another place if less than this share of the flat surfaces agrees and neither view saw more than
+/// [`OTHER_PLACE_OVERLAP`] of the other. Emulated rooms against one another reach 0.56 and 0.67 at most; the same room
+/// changed, 0.85 and 0.90 of the better view at least.
+pub const OTHER_PLACE_AGREEMENT: f64 = 0.65;
 
-/// Points that are looked at for a bend.
+/// See [`OTHER_PLACE_AGREEMENT`].
+pub const OTHER_PLACE_OVERLAP: f64 = 0.75;
+
+/// Points of the sweep that take part in the fit of a bend, about.
 pub const BEND_POINTS: usize = 12_000;
 
-/// Stretches of a sweep, between which it may be bent: one for each line of the default sweep.
+/// Stretches of a sweep, between which it may be bent: one per scan line of the default sweep.
 pub const BEND_STRETCHES: usize = 120;
 
-/// Gates of the passes that look for a bend, metres: from what 5 deg are at 5 m to what half a degree is at 3 m.
+/// Gates of the iterations, metres: from what 5 deg are at 5 m to what half a degree is at 3 m.
 pub const BEND_GATES_M: [f64; 7] = [0.45, 0.3, 0.2, 0.12, 0.07, 0.05, 0.05];
 
-/// Gate within which places count as agreeing with the reference, metres: several sigmas of the laser's noise at middle ranges.
-pub const BEND_AGREE_M: f64 = 0.03;
+/// Gate of the agreement with the reference, metres: several sigmas of the laser's noise at medium range.
+pub const BEND_AGREEMENT_GATE_M: f64 = 0.03;
 
-/// Share of the points that a bend must explain better, to be one: of all, and of the smaller part. Visits of the emulated
-/// storeroom, changed or not, gain up to 6e-4 and 0.002 by bends of up to 0.13 deg that are none; half a degree lost gains
-/// 0.0012 and 0.012 at least (`service/visits/lost_steps.rs`).
-pub const LEAST_BEND_GAIN: [f64; 2] = [8e-4, 0.005];
+/// Gain in agreement that a bend must bring. Visits of the emulated storeroom without loss, changed or not, gain up to 6e-4
+/// by spurious bends of up to 0.13 deg; half a degree lost gains 0.0012 at least (tests of lost steps in
+/// `src/service/visits`).
+pub const MIN_BEND_GAIN: f64 = 8e-4;
 
-/// Standard deviation of a place's height over a plane, with what surfaces bend by, metres.
-pub const BEND_SIGMA_M: f64 = 0.008;
+/// The same as a share of the smaller part, before or after the bend: up to 0.002 without loss, 0.012 at least with it.
+pub const MIN_BEND_GAIN_OF_SMALLER_PART: f64 = 0.005;
 
-/// Neighbouring places err together: one in so many counts.
-pub const BEND_ALIKE: f64 = 10.0;
+/// Standard deviation of a point's height over a plane, with the curvature of surfaces, metres.
+pub const BEND_HEIGHT_SIGMA_M: f64 = 0.008;
 
-/// How far the unknowns of a bent view may go at all, one standard deviation: metres and radians of the pose, metres and its share of the
-/// range for the drift, radians and metres of the bend.
+/// Errors of neighbouring points are correlated: one in so many counts as independent.
+pub const BEND_POINTS_PER_INDEPENDENT: f64 = 10.0;
+
+/// Prior standard deviations of the unknowns: pose in metres and radians, drift in metres and as a share of the range, bend
+/// in radians and metres.
 pub const BEND_PRIOR_SD: [f64; 12] = [
     0.1, 0.1, 0.1, 0.05, 0.05, 0.05, 0.01, 0.003, 0.1, 0.1, 0.1, 0.1,
 ];

@@ -1,7 +1,7 @@
-//! Takes a sweep and its registration on the reference, gives whether the head's angles are to be doubted.
+//! Checks whether the head lost steps: whether a sweep fits the reference at the angles that the head reports.
 
 mod bend;
 mod constants;
-mod doubt;
+mod mismatch;
 
-pub use doubt::{Doubt, Suspicion, doubt};
+pub use mismatch::{LostStepThresholds, Mismatch, find_mismatch};

@@ -1,48 +1,48 @@
-//! What can be wrong with points, mixtures and their records.
+//! Errors of points, mixtures and their records.
 
 /// Why a mixture could not be built, fitted or read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MixtureError {
-    /// Nothing to fit.
+    /// No points to fit a mixture to.
     #[error("no points to fit a mixture to")]
     NoPoints,
-    /// Nothing to fit with.
+    /// A mixture without components.
     #[error("a mixture needs at least one component")]
     NoComponents,
     /// More components than distinct points.
     #[error("{components} components asked for, but the cloud has only {distinct} distinct points")]
     TooFewPoints {
-        /// Components asked for.
+        /// Number of components.
         components: usize,
-        /// Distinct points there are.
+        /// Number of distinct points.
         distinct: usize,
     },
     /// A coordinate is NaN or infinite.
     #[error("point {index} has a coordinate that is not finite")]
     PointNotFinite {
-        /// Which point, from 0.
+        /// Index of the point, from 0.
         index: usize,
     },
-    /// A point's weight is NaN, infinite or negative, or all are zero.
+    /// A weight of a point is NaN, infinite or negative.
     #[error("weight of point {index}: got {got}, expected a finite number >= 0")]
     BadPointWeight {
-        /// Which point, from 0.
+        /// Index of the point, from 0.
         index: usize,
-        /// What stood there.
+        /// The value found.
         got: f64,
     },
-    /// All points weigh nothing.
+    /// The weights of the points sum to zero or overflow.
     #[error("the weights of the points sum to {got}, expected more than 0 and finite")]
     NoPointWeight {
         /// The sum.
         got: f64,
     },
-    /// An index points past the end.
+    /// An index out of range.
     #[error("point index {index} given, but the cloud has {len} points")]
     NoSuchPoint {
         /// The index.
         index: usize,
-        /// Points there are.
+        /// Number of points.
         len: usize,
     },
     /// Arrays that belong together have different lengths.
@@ -52,20 +52,20 @@ pub enum MixtureError {
         array: &'static str,
         /// Its length.
         got: usize,
-        /// The array it must match.
+        /// The array whose length it must have.
         like: &'static str,
-        /// That one's length.
+        /// The length of that array.
         expected: usize,
     },
-    /// A mixing probability breaks Eq. 2.
+    /// A weight is NaN, infinite or negative (paper Eq. 2).
     #[error("weight of component {component}: got {got}, expected a finite number >= 0")]
     BadWeight {
-        /// Which component, from 0.
+        /// Index of the component, from 0.
         component: usize,
-        /// What stood there.
+        /// The value found.
         got: f64,
     },
-    /// Mixing probabilities do not sum to one.
+    /// The weights do not sum to one.
     #[error("weights sum to {got}, expected 1 within {slack}")]
     WeightSum {
         /// The sum.
@@ -78,51 +78,51 @@ pub enum MixtureError {
     NotFinite {
         /// `mean` or `covariance`.
         what: &'static str,
-        /// Which component, from 0.
+        /// Index of the component, from 0.
         component: usize,
     },
-    /// A covariance is no covariance.
+    /// A covariance is not symmetric positive semi-definite.
     #[error(
         "covariance of component {component} is not symmetric positive semi-definite (smallest eigenvalue {smallest}, largest {largest})"
     )]
     NotSemiDefinite {
-        /// Which component, from 0.
+        /// Index of the component, from 0.
         component: usize,
         /// Its smallest eigenvalue, square metres.
         smallest: f64,
         /// Its largest eigenvalue, square metres.
         largest: f64,
     },
-    /// A density was asked of a covariance with no volume.
+    /// A covariance has no volume, and so no density.
     #[error(
         "covariance of component {component} is singular: no density; give a regularisation above 0"
     )]
     Singular {
-        /// Which component, from 0.
+        /// Index of the component, from 0.
         component: usize,
     },
-    /// Distances in sigmas overflow.
-    #[error("points lie too many sigmas from every component for the likelihood to be a number")]
-    OutOfReach,
+    /// A log-likelihood is not finite.
+    #[error("log-likelihood underflow: points are too many sigmas from every component")]
+    LogLikelihoodUnderflow,
     /// A setting outside its range.
     #[error("setting `{name}`: got {got}, expected {expected}")]
     BadSetting {
-        /// Which setting.
+        /// Name of the setting.
         name: &'static str,
-        /// What was given.
+        /// The value given.
         got: f64,
-        /// What is possible.
+        /// The values allowed.
         expected: &'static str,
     },
-    /// The record is no JSON of the expected form.
+    /// The text is not a mixture in JSON.
     #[error("mixture record: {0}")]
     Record(String),
     /// The threads could not be started.
     #[error("could not start {threads} threads: {reason}")]
     Threads {
-        /// Threads asked for.
+        /// Number of threads.
         threads: usize,
-        /// What the system said.
+        /// Error of the system.
         reason: String,
     },
 }

@@ -1,13 +1,13 @@
-//! 2^x and ln x that the compiler can turn into vector instructions; the standard library's cannot be.
+//! 2^x and ln x that the compiler can vectorise, unlike those of the standard library.
 
 use super::instructions::multiply_add;
 use std::f64::consts::{LN_2, SQRT_2};
 
 /// 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the sum.
-const ROUNDER: f64 = 6_755_399_441_055_744.0;
+const ROUND_TO_INTEGER: f64 = 6_755_399_441_055_744.0;
 
-/// Below this 2^x is taken as 2^-1000 (1e-301): a normal number, which no sum notices.
-const LOWEST: f64 = -1000.0;
+/// Below this, 2^x is taken as 2^-1000 (1e-301): a normal number, negligible in every sum.
+const MIN_ARGUMENT: f64 = -1000.0;
 
 /// 2^r on -1/2 to 1/2 in powers of r from the first; minimax (Remez), 2e-16 relative.
 const POWERS: [f64; 10] = [
@@ -42,9 +42,9 @@ const BITS_OF_ONE: u64 = 1023 << MANTISSA_BITS;
 /// 2^x for x <= 1000, within 1e-15 relative for x >= -1000.
 #[inline(always)]
 pub(super) fn exp2<const FUSED: bool>(x: f64) -> f64 {
-    let x = if x > LOWEST { x } else { LOWEST };
-    let shifted = x + ROUNDER;
-    let r = x - (shifted - ROUNDER);
+    let x = if x > MIN_ARGUMENT { x } else { MIN_ARGUMENT };
+    let shifted = x + ROUND_TO_INTEGER;
+    let r = x - (shifted - ROUND_TO_INTEGER);
     let c = &POWERS;
     let fma = multiply_add::<FUSED>;
     let r2 = r * r;
@@ -72,7 +72,8 @@ pub(super) fn ln<const FUSED: bool>(x: f64) -> f64 {
         significand
     };
     // The exponent's bits as the low bits of a large number: an integer made a float without converting.
-    let biased = f64::from_bits(bits >> MANTISSA_BITS | ROUNDER.to_bits()) - ROUNDER;
+    let biased =
+        f64::from_bits(bits >> MANTISSA_BITS | ROUND_TO_INTEGER.to_bits()) - ROUND_TO_INTEGER;
     let exponent = biased - if large { 1022.0 } else { 1023.0 };
     let s = (m - 1.0) / (m + 1.0);
     let z = s * s;

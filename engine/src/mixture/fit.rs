@@ -1,82 +1,81 @@
-//! The front door: one cloud in, its mixture out.
+//! Fits a mixture to a cloud: the entry point of this module.
 
-use super::constants::RESTARTS;
+use super::constants::DEFAULT_RESTARTS;
 use super::split::{SplitSettings, split_until_flat};
-use super::{EmSettings, Fit, Mixture, MixtureError, Start, em, mml, order, seed};
+use super::{EmFit, EmSettings, FitStart, Mixture, MixtureError, bic, em, kmeans, mml};
 use nalgebra::Point3;
 
-/// How many components, and where they start.
+/// Number of components, and their start.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Components {
-    /// So many, from k-means++.
+pub enum ComponentSelection {
+    /// This many, from k-means++.
     Fixed(usize),
-    /// As many as the Bayesian information criterion wants, up to `max`, each from k-means++.
+    /// By the Bayesian information criterion, up to `max`, each number from k-means++.
     Bic {
         /// Most components tried.
         max: usize,
     },
-    /// As many as the shortest message that tells the points needs (minimum message length), up to `max`,
-    /// from k-means++ with `max`.
+    /// By minimum message length, from k-means++ with `max` components down.
     Mml {
         /// Most components tried.
         max: usize,
     },
-    /// Those of a given mixture, from where they stand.
+    /// Those of a given mixture, which is the start.
     Start(Mixture),
-    /// As many as it takes until all are flat; no seed.
+    /// Split until all are flat; without a seed.
     Flat(SplitSettings),
 }
 
-/// What to fit and how.
+/// Settings of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitSettings {
-    /// How many components, and where they start.
-    pub components: Components,
+    /// Number of components, and their start.
+    pub components: ComponentSelection,
     /// Seed of k-means++.
     pub seed: u64,
-    /// Starts drawn for k-means++, each anew; the fit of the best likelihood wins. At least one is made.
+    /// Number of k-means++ starts, at least one is made; the fit of the best likelihood wins.
     pub restarts: usize,
-    /// How EM runs.
+    /// Settings of EM.
     pub em: EmSettings,
 }
 
 impl Default for FitSettings {
     fn default() -> Self {
         Self {
-            components: Components::Flat(SplitSettings::default()),
+            components: ComponentSelection::Flat(SplitSettings::default()),
             seed: 0,
-            restarts: RESTARTS,
+            restarts: DEFAULT_RESTARTS,
             em: EmSettings::default(),
         }
     }
 }
 
-/// Fits a mixture to `points` (metres), each counting as `weights` says (1 if absent).
+/// Fits a mixture to `points` (metres) with `weights` (1 if absent).
 ///
 /// # Errors
-/// As [`em::run`], and more components asked for than there are distinct points.
+/// As [`em::run`], and more components than distinct points.
 pub fn fit(
     points: &[Point3<f64>],
     weights: Option<&[f64]>,
     settings: &FitSettings,
-) -> Result<Fit, MixtureError> {
+) -> Result<EmFit, MixtureError> {
     match &settings.components {
-        Components::Fixed(k) => best_of_restarts(points, weights, *k, settings),
-        Components::Bic { max } => order::least_bic(*max, points.len() as f64, |k| {
+        ComponentSelection::Fixed(k) => best_of_restarts(points, weights, *k, settings),
+        ComponentSelection::Bic { max } => bic::least_bic(*max, points.len() as f64, |k| {
             best_of_restarts(points, weights, k, settings)
         }),
-        Components::Mml { max } => best(settings.restarts, |restart| {
-            let start = most_components(points, weights, *max, settings.seed, restart)?;
-            let (fit, length) = mml::shortest(points, weights, start, &settings.em)?;
-            let start = Start::KMeans { restart };
-            Ok((Fit { start, ..fit }, -length))
+        ComponentSelection::Mml { max } => best(settings.restarts, |restart| {
+            let start = start_of_at_most(points, weights, *max, settings.seed, restart)?;
+            let (fit, length) = mml::fit_least_length(points, weights, start, &settings.em)?;
+            let start = FitStart::KMeans { restart };
+            Ok((EmFit { start, ..fit }, -length))
         }),
-        Components::Start(start) => em::run(points, weights, start.clone(), &settings.em),
-        Components::Flat(split) => {
+        ComponentSelection::Start(start) => em::run(points, weights, start.clone(), &settings.em),
+        ComponentSelection::Flat(split) => {
             let start = split_until_flat(points, weights, split)?;
             let fit = em::run(points, weights, start, &settings.em)?;
-            Ok(Fit {
-                start: Start::Flat,
+            Ok(EmFit {
+                start: FitStart::Flat,
                 ..fit
             })
         }
@@ -84,14 +83,14 @@ pub fn fit(
 }
 
 /// k-means++ with `max` components, or as many as there are distinct points.
-fn most_components(
+fn start_of_at_most(
     points: &[Point3<f64>],
     weights: Option<&[f64]>,
     max: usize,
     seed: u64,
     restart: u64,
 ) -> Result<Mixture, MixtureError> {
-    let start = |k| seed::k_means_start(points, weights, k, seed, restart);
+    let start = |k| kmeans::k_means_start(points, weights, k, seed, restart);
     match start(max) {
         Err(MixtureError::TooFewPoints { distinct, .. }) if distinct > 0 => start(distinct),
         other => other,
@@ -103,21 +102,21 @@ fn best_of_restarts(
     weights: Option<&[f64]>,
     components: usize,
     settings: &FitSettings,
-) -> Result<Fit, MixtureError> {
+) -> Result<EmFit, MixtureError> {
     best(settings.restarts, |restart| {
-        let start = seed::k_means_start(points, weights, components, settings.seed, restart)?;
+        let start = kmeans::k_means_start(points, weights, components, settings.seed, restart)?;
         let fit = em::run(points, weights, start, &settings.em)?;
         let merit = fit.mean_log_likelihood;
-        let start = Start::KMeans { restart };
-        Ok((Fit { start, ..fit }, merit))
+        let start = FitStart::KMeans { restart };
+        Ok((EmFit { start, ..fit }, merit))
     })
 }
 
-/// The fit of the greatest merit, the first on ties; tells of how many runs it is the best.
+/// The fit of the greatest merit, the first on ties; `runs` becomes the sum over all restarts.
 fn best(
     restarts: usize,
-    mut one: impl FnMut(u64) -> Result<(Fit, f64), MixtureError>,
-) -> Result<Fit, MixtureError> {
+    mut one: impl FnMut(u64) -> Result<(EmFit, f64), MixtureError>,
+) -> Result<EmFit, MixtureError> {
     let (mut best, mut most) = one(0)?;
     let mut runs = best.runs;
     for restart in 1..restarts as u64 {
@@ -127,17 +126,17 @@ fn best(
             (best, most) = (next, merit);
         }
     }
-    Ok(Fit { runs, ..best })
+    Ok(EmFit { runs, ..best })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Components, FitSettings, fit};
-    use crate::mixture::{EmSettings, MixtureError, Start};
+    use super::{ComponentSelection, FitSettings, fit};
+    use crate::mixture::{EmSettings, FitStart, MixtureError};
     use nalgebra::{Point3, Vector3};
     use rand::{RngExt, SeedableRng};
 
-    fn heaps(centres: &[Point3<f64>], each: usize) -> Vec<Point3<f64>> {
+    fn clusters(centres: &[Point3<f64>], each: usize) -> Vec<Point3<f64>> {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
         let mut noise = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
         let at = |&c: &Point3<f64>| {
@@ -154,8 +153,8 @@ mod tests {
             .collect()
     }
 
-    fn three() -> Vec<Point3<f64>> {
-        heaps(
+    fn three_clusters() -> Vec<Point3<f64>> {
+        clusters(
             &[
                 Point3::origin(),
                 Point3::new(12.0, 0.0, 0.0),
@@ -166,9 +165,9 @@ mod tests {
     }
 
     #[test]
-    fn bic_finds_the_number_of_heaps() {
+    fn bic_finds_the_number_of_clusters() {
         let settings = FitSettings {
-            components: Components::Bic { max: 6 },
+            components: ComponentSelection::Bic { max: 6 },
             restarts: 3,
             em: EmSettings {
                 iterations: 200,
@@ -178,7 +177,10 @@ mod tests {
             ..FitSettings::default()
         };
         assert_eq!(
-            fit(&three(), None, &settings).expect("fits").mixture.len(),
+            fit(&three_clusters(), None, &settings)
+                .expect("fits")
+                .mixture
+                .len(),
             3
         );
         let few = [Point3::origin(), Point3::new(1.0, 0.0, 0.0)];
@@ -186,9 +188,9 @@ mod tests {
     }
 
     #[test]
-    fn the_shortest_message_finds_the_number_of_heaps() {
+    fn message_length_finds_the_number_of_clusters() {
         let settings = FitSettings {
-            components: Components::Mml { max: 12 },
+            components: ComponentSelection::Mml { max: 12 },
             em: EmSettings {
                 iterations: 300,
                 tolerance: 1e-6,
@@ -201,12 +203,12 @@ mod tests {
                 seed,
                 ..settings.clone()
             };
-            let found = fit(&three(), None, &settings).expect("fits");
+            let found = fit(&three_clusters(), None, &settings).expect("fits");
             assert_eq!(found.mixture.len(), 3);
-            assert_eq!(found.start, Start::KMeans { restart: 0 });
+            assert_eq!(found.start, FitStart::KMeans { restart: 0 });
             assert!(found.runs >= 3 && found.collapsed.is_empty());
-            let heavier = vec![2.5; 900];
-            let same = fit(&three(), Some(&heavier), &settings).expect("fits");
+            let equal_weights = vec![2.5; 900];
+            let same = fit(&three_clusters(), Some(&equal_weights), &settings).expect("fits");
             assert!((same.mean_log_likelihood - found.mean_log_likelihood).abs() < 1e-9);
         }
         let p = Point3::new(1.0, 2.0, 3.0);
@@ -219,11 +221,11 @@ mod tests {
     }
 
     #[test]
-    fn more_restarts_are_never_worse_and_a_seed_repeats() {
-        let points = three();
+    fn more_restarts_are_never_worse_and_a_seed_is_reproducible() {
+        let points = three_clusters();
         let with = |restarts, seed| {
             let settings = FitSettings {
-                components: Components::Fixed(5),
+                components: ComponentSelection::Fixed(5),
                 restarts,
                 seed,
                 ..FitSettings::default()
@@ -236,10 +238,10 @@ mod tests {
 
     #[test]
     fn flat_parts_and_given_starts_need_no_seed() {
-        let points = three();
+        let points = three_clusters();
         let flat = fit(&points, None, &FitSettings::default()).expect("fits");
         let again = FitSettings {
-            components: Components::Start(flat.mixture.clone()),
+            components: ComponentSelection::Start(flat.mixture.clone()),
             em: EmSettings {
                 iterations: 0,
                 ..EmSettings::default()
@@ -252,7 +254,7 @@ mod tests {
             &points[..2],
             None,
             &FitSettings {
-                components: Components::Fixed(3),
+                components: ComponentSelection::Fixed(3),
                 ..FitSettings::default()
             },
         );

@@ -1,8 +1,8 @@
-//! One Gaussian density in three dimensions (theta_k of Eq. 4).
+//! One Gaussian in three dimensions (theta_k of paper Eq. 4).
 
 use nalgebra::{Cholesky, Matrix3, Point3, Vector3};
 
-/// Mean and covariance of one component.
+/// Mean and covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gaussian {
     /// mu_k, metres.
@@ -13,7 +13,7 @@ pub struct Gaussian {
 
 impl Gaussian {
     /// Mean and (population, 1/n) covariance of `points`; `None` for an empty set.
-    pub fn of_points(points: &[Point3<f64>]) -> Option<Self> {
+    pub fn from_points(points: &[Point3<f64>]) -> Option<Self> {
         let n = points.len() as f64;
         let first = points.first()?;
         let shift = points
@@ -28,8 +28,8 @@ impl Gaussian {
         Some(Self { mean, covariance })
     }
 
-    /// The same with weights, one per point; `None` if they sum to nothing.
-    pub fn of_weighted_points<'a>(
+    /// The same with one weight per point, and the sum of the weights; `None` if that is zero.
+    pub fn from_weighted_points<'a>(
         points: impl Iterator<Item = (&'a Point3<f64>, f64)> + Clone,
     ) -> Option<(Self, f64)> {
         let first = points.clone().find(|(_, w)| *w > 0.0)?.0;
@@ -45,16 +45,11 @@ impl Gaussian {
         }) / total;
         Some((Self { mean, covariance }, total))
     }
-
-    /// ln g(x; mu, Sigma); `None` where Sigma is singular and there is no density.
-    pub fn log_density(&self, x: &Point3<f64>) -> Option<f64> {
-        Some(Density::of(self)?.log_at(x))
-    }
 }
 
-/// A Gaussian made ready for evaluation.
+/// A Gaussian prepared for evaluation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Density {
+pub(super) struct GaussianDensity {
     mean: Point3<f64>,
     /// Inverse of the lower Cholesky factor: `whitening * (x - mean)` is standard normal.
     whitening: Matrix3<f64>,
@@ -62,9 +57,9 @@ pub struct Density {
     log_peak: f64,
 }
 
-impl Density {
+impl GaussianDensity {
     /// `None` if the covariance is not positive definite.
-    pub fn of(gaussian: &Gaussian) -> Option<Self> {
+    pub(super) fn new(gaussian: &Gaussian) -> Option<Self> {
         let lower = Cholesky::new(gaussian.covariance)?.unpack();
         let log_root_det: f64 = (0..3).map(|i| lower[(i, i)].ln()).sum();
         let whitening = lower.solve_lower_triangular(&Matrix3::identity())?;
@@ -78,41 +73,41 @@ impl Density {
     }
 
     /// ln g(x), natural logarithm of a density per cubic metre.
-    pub fn log_at(&self, x: &Point3<f64>) -> f64 {
+    pub(super) fn log_at(&self, x: &Point3<f64>) -> f64 {
         self.log_peak - 0.5 * self.mahalanobis_squared(x)
     }
 
     /// Squared Mahalanobis distance of `x` from the mean.
-    pub fn mahalanobis_squared(&self, x: &Point3<f64>) -> f64 {
+    pub(super) fn mahalanobis_squared(&self, x: &Point3<f64>) -> f64 {
         (self.whitening * (x - self.mean)).norm_squared()
     }
 
-    /// The lower triangular matrix that whitens.
-    pub fn whitening(&self) -> &Matrix3<f64> {
+    /// Inverse of the lower Cholesky factor of the covariance.
+    pub(super) fn whitening(&self) -> &Matrix3<f64> {
         &self.whitening
     }
 
     /// ln of the density at the mean.
-    pub fn log_peak(&self) -> f64 {
+    pub(super) fn log_peak(&self) -> f64 {
         self.log_peak
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Density, Gaussian};
+    use super::{Gaussian, GaussianDensity};
     use nalgebra::{Matrix3, Point3, Vector3};
 
     #[test]
     fn moments_of_two_points_far_from_the_origin() {
         let a = Point3::new(1e6, 0.0, 0.0);
         let b = Point3::new(1e6 + 2.0, 0.0, 4.0);
-        let g = Gaussian::of_points(&[a, b]).expect("two points");
+        let g = Gaussian::from_points(&[a, b]).expect("two points");
         assert_eq!(g.mean, Point3::new(1e6 + 1.0, 0.0, 2.0));
         assert_eq!(g.covariance[(0, 0)], 1.0);
         assert_eq!(g.covariance[(0, 2)], 2.0);
         assert_eq!(g.covariance[(2, 2)], 4.0);
-        assert!(Gaussian::of_points(&[]).is_none());
+        assert!(Gaussian::from_points(&[]).is_none());
     }
 
     #[test]
@@ -120,8 +115,8 @@ mod tests {
         let a = Point3::new(1.0, 2.0, 3.0);
         let b = Point3::new(-1.0, 0.5, 4.0);
         let (weighted, total) =
-            Gaussian::of_weighted_points([(&a, 2.0), (&b, 1.0)].into_iter()).expect("mass");
-        let plain = Gaussian::of_points(&[a, a, b]).expect("points");
+            Gaussian::from_weighted_points([(&a, 2.0), (&b, 1.0)].into_iter()).expect("mass");
+        let plain = Gaussian::from_points(&[a, a, b]).expect("points");
         assert_eq!(total, 3.0);
         assert!((weighted.mean - plain.mean).norm() < 1e-15);
         assert!((weighted.covariance - plain.covariance).amax() < 1e-15);
@@ -135,14 +130,13 @@ mod tests {
         };
         // -(3/2) ln 2 pi - ln(2 * 3 * 0.5) - (1 + 1 + 4) / 2
         let expected = -2.756_815_599_614_018 - 3f64.ln() - 3.0;
-        let got = g
-            .log_density(&Point3::new(3.0, 5.0, 4.0))
-            .expect("definite");
+        let density = GaussianDensity::new(&g).expect("definite");
+        let got = density.log_at(&Point3::new(3.0, 5.0, 4.0));
         assert!((got - expected).abs() < 1e-14);
         let plate = Gaussian {
             covariance: Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 0.0)),
             ..g
         };
-        assert!(Density::of(&plate).is_none());
+        assert!(GaussianDensity::new(&plate).is_none());
     }
 }

@@ -1,12 +1,12 @@
-//! Which instructions the inner loops run on: found when the program runs, not when it is built.
+//! Vector instruction sets, chosen when the program runs.
 //!
-//! Loops are written once, in plain code over fixed lanes; [`Instructions::run`] has them compiled once for each
-//! set, and the compiler vectorises them for it. All sets give the same answer up to rounding.
+//! Inner loops are written once, as plain code over fixed lanes. [`InstructionSet::run`] compiles them once per set, and the
+//! compiler vectorises them for it. All sets give the same result up to rounding.
 
 /// A set of vector instructions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Instructions {
-    /// What every processor of this kind has.
+pub enum InstructionSet {
+    /// The baseline of the target.
     Portable,
     /// x86-64 with AVX2 and FMA.
     Avx2,
@@ -14,32 +14,30 @@ pub enum Instructions {
     Avx512,
 }
 
-/// Loops to be compiled for every set. `run` and all it calls must be `#[inline(always)]`.
-pub(crate) trait Loops {
-    /// What they give.
+/// A loop that is compiled for every set. `run` and all it calls must be `#[inline(always)]`.
+pub(crate) trait SimdKernel {
     type Output;
-    /// Runs them. `FUSED`: a product and a sum are one instruction ([`multiply_add`]); `LANES`: numbers that
-    /// one register holds, or two.
+    /// `FUSED`: a product and a sum are one instruction ([`multiply_add`]). `LANES`: numbers in one register, or two.
     fn run<const FUSED: bool, const LANES: usize>(self) -> Self::Output;
 }
 
-/// `a * b + c`, in one rounding where the instructions have it.
+/// `a * b + c`, rounded once where the instruction set can.
 #[inline(always)]
 pub(crate) fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// Widest `LANES` of [`Loops::run`].
-pub(crate) const WIDEST: usize = 8;
+/// Largest `LANES` of [`SimdKernel::run`].
+pub(crate) const MAX_LANES: usize = 8;
 
-/// NEON is part of every 64-bit Arm and fuses.
-const PORTABLE_FUSES: bool = cfg!(target_arch = "aarch64");
+/// NEON is part of every 64-bit Arm and has fused multiply-add.
+const PORTABLE_IS_FUSED: bool = cfg!(target_arch = "aarch64");
 
-impl Instructions {
+impl InstructionSet {
     /// All sets, narrowest first.
     pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
 
-    /// Whether this processor has them.
+    /// Whether this processor has it.
     pub fn available(self) -> bool {
         match self {
             Self::Portable => true,
@@ -52,13 +50,13 @@ impl Instructions {
         }
     }
 
-    /// The widest that this processor has.
+    /// The widest set of this processor.
     pub fn best() -> Self {
         let widest = Self::ALL.into_iter().rfind(|set| set.available());
         widest.unwrap_or(Self::Portable)
     }
 
-    /// These, or the portable ones where the processor lacks these.
+    /// This set, or the portable one where the processor lacks it.
     pub fn or_portable(self) -> Self {
         if self.available() {
             self
@@ -67,7 +65,7 @@ impl Instructions {
         }
     }
 
-    /// As reports name it.
+    /// Name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Portable => "portable",
@@ -76,37 +74,37 @@ impl Instructions {
         }
     }
 
-    /// Runs `loops` on these instructions; on the portable ones if the processor lacks them.
+    /// Runs `kernel` with this set, or with the portable one where the processor lacks it.
     #[inline]
-    pub(crate) fn run<L: Loops>(self, loops: L) -> L::Output {
+    pub(crate) fn run<K: SimdKernel>(self, kernel: K) -> K::Output {
         #[cfg(target_arch = "x86_64")]
         match self {
             Self::Portable => {}
             Self::Avx2 => {
                 if let Some(v3) = pulp::x86::V3::try_new() {
-                    return v3.vectorize(Fused::<L, 4>(loops));
+                    return v3.vectorize(FusedKernel::<K, 4>(kernel));
                 }
             }
             Self::Avx512 => {
                 if let Some(v4) = pulp::x86::V4::try_new() {
-                    return v4.vectorize(Fused::<L, 8>(loops));
+                    return v4.vectorize(FusedKernel::<K, 8>(kernel));
                 }
             }
         }
-        loops.run::<PORTABLE_FUSES, 4>()
+        kernel.run::<PORTABLE_IS_FUSED, 4>()
     }
 }
 
-/// Loops on their way into a function that may use the wider instructions.
+/// Carries a kernel into a function compiled for wider instructions.
 #[cfg(target_arch = "x86_64")]
-struct Fused<L, const LANES: usize>(L);
+struct FusedKernel<K, const LANES: usize>(K);
 
 #[cfg(target_arch = "x86_64")]
-impl<L: Loops, const LANES: usize> pulp::NullaryFnOnce for Fused<L, LANES> {
-    type Output = L::Output;
+impl<K: SimdKernel, const LANES: usize> pulp::NullaryFnOnce for FusedKernel<K, LANES> {
+    type Output = K::Output;
 
     #[inline(always)]
-    fn call(self) -> L::Output {
+    fn call(self) -> K::Output {
         self.0.run::<true, LANES>()
     }
 }

@@ -1,28 +1,29 @@
-//! One exact pass of EM over the points: responsibilities and moments together, with no table of
-//! points times components. Plain code in fixed blocks, which [`super::instructions`] has vectorised.
+//! One exact pass of EM over the points: responsibilities and moments together, without a table of points times components.
+//! Plain code over fixed blocks, vectorised by [`super::instructions`].
 
-use super::component::{Bounds, Ready};
 use super::constants::NEGLIGIBLE_BITS;
 use super::exponential::{exp2, ln};
-use super::instructions::{Loops, WIDEST, multiply_add};
-use super::lattice::{BLOCK, Block, Lattice};
+use super::instructions::{MAX_LANES, SimdKernel, multiply_add};
+use super::point_blocks::{BLOCK_SIZE, Block, PointBlocks};
+use super::prepared_component::{ComponentBounds, PreparedComponent};
 use std::f64::consts::LN_2;
 
-/// Sums of one component: r, r d (3), r d d^T (xx xy xz yy yz zz), d from the component's mean.
-pub(super) type Sums = [f64; 10];
+/// Sums of one component: r, r d (3), r d d^T (xx xy xz yy yz zz), with r the responsibility and d the offset from its mean.
+pub(super) type MomentSums = [f64; 10];
 
-/// What one run of blocks adds up to.
+/// Sums over the blocks of one task.
 #[derive(Debug, Clone)]
-pub(super) struct Tally {
-    pub sums: Vec<Sums>,
-    /// Sum over points of weight times ln f.
+pub(super) struct PassSums {
+    /// Per component.
+    pub moments: Vec<MomentSums>,
+    /// Sum over the points of weight times ln f.
     pub log_likelihood: f64,
 }
 
-impl Tally {
+impl PassSums {
     pub(super) fn new(components: usize) -> Self {
         Self {
-            sums: vec![[0.0; 10]; components],
+            moments: vec![[0.0; 10]; components],
             log_likelihood: 0.0,
         }
     }
@@ -30,40 +31,40 @@ impl Tally {
 
 /// Working space of one worker.
 #[derive(Debug, Clone)]
-pub(super) struct Scratch {
-    /// Sums of every component, lane by lane.
-    lanes: Vec<[[f64; WIDEST]; 10]>,
-    logs: Vec<[f64; BLOCK]>,
-    near: Vec<u32>,
-    ceilings: Vec<f64>,
+pub(super) struct PassScratch {
+    /// Moment sums of every component, lane by lane.
+    lanes: Vec<[[f64; MAX_LANES]; 10]>,
+    logs: Vec<[f64; BLOCK_SIZE]>,
+    relevant: Vec<u32>,
+    upper_bounds: Vec<f64>,
 }
 
-impl Scratch {
+impl PassScratch {
     pub(super) fn new(components: usize) -> Self {
         Self {
-            lanes: vec![[[0.0; WIDEST]; 10]; components],
-            logs: vec![[0.0; BLOCK]; components],
-            near: Vec::with_capacity(components),
-            ceilings: Vec::with_capacity(components + WIDEST),
+            lanes: vec![[[0.0; MAX_LANES]; 10]; components],
+            logs: vec![[0.0; BLOCK_SIZE]; components],
+            relevant: Vec::with_capacity(components),
+            upper_bounds: Vec::with_capacity(components + MAX_LANES),
         }
     }
 }
 
-/// One pass over a run of blocks. `favourites` remembers each block's strongest component: asked
-/// first, it lets the far ones be left out early. `moments` false leaves the sums at zero.
-pub(super) struct Pass<'a> {
-    pub ready: &'a [Ready],
-    pub bounds: &'a Bounds,
-    pub lattice: &'a Lattice,
-    /// The first block of the run; as many follow as there are favourites.
-    pub first: usize,
-    pub favourites: &'a mut [u32],
-    pub scratch: &'a mut Scratch,
-    pub tally: &'a mut Tally,
+/// One pass over the blocks of a task. `strongest` keeps each block's strongest component from pass to pass: evaluated
+/// first, it lets far components be skipped early. Without `moments` the moment sums stay zero.
+pub(super) struct EmPass<'a> {
+    pub prepared: &'a [PreparedComponent],
+    pub bounds: &'a ComponentBounds,
+    pub point_blocks: &'a PointBlocks,
+    /// Index of the first block; there are as many as entries in `strongest`.
+    pub first_block: usize,
+    pub strongest: &'a mut [u32],
+    pub scratch: &'a mut PassScratch,
+    pub pass_sums: &'a mut PassSums,
     pub moments: bool,
 }
 
-impl Loops for Pass<'_> {
+impl SimdKernel for EmPass<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -72,93 +73,100 @@ impl Loops for Pass<'_> {
         scratch
             .lanes
             .iter_mut()
-            .for_each(|l| *l = [[0.0; WIDEST]; 10]);
+            .for_each(|l| *l = [[0.0; MAX_LANES]; 10]);
         let mut likelihood = [0.0; LANES];
-        for (at, favourite) in (self.first..).zip(self.favourites) {
-            let (block, weights) = (&self.lattice.blocks[at], self.lattice.weights(at));
-            let first = *favourite as usize;
-            let best = nearest::<FUSED, LANES>(self.ready, self.bounds, block, first, scratch);
-            let near = &scratch.near;
-            let logs = &mut scratch.logs[..near.len()];
-            let share = shares::<FUSED, LANES>(weights, &best, logs, &mut likelihood);
+        for (at, strongest) in (self.first_block..).zip(self.strongest) {
+            let (block, weights) = (&self.point_blocks.blocks[at], self.point_blocks.weights(at));
+            let first = *strongest as usize;
+            let best = evaluate_relevant::<FUSED, LANES>(
+                self.prepared,
+                self.bounds,
+                block,
+                first,
+                scratch,
+            );
+            let relevant = &scratch.relevant;
+            let logs = &mut scratch.logs[..relevant.len()];
+            let share = normalise::<FUSED, LANES>(weights, &best, logs, &mut likelihood);
             if !self.moments {
                 continue;
             }
             let mut most = -1.0;
-            for (&k, parts) in near.iter().zip(logs.iter()) {
+            for (&k, parts) in relevant.iter().zip(logs.iter()) {
                 let lanes = &mut scratch.lanes[k as usize];
-                let added = gather::<FUSED, LANES>(
+                let added = accumulate::<FUSED, LANES>(
                     block,
-                    &self.ready[k as usize].mean,
+                    &self.prepared[k as usize].mean,
                     parts,
                     &share,
                     lanes,
                 );
                 if added > most {
                     most = added;
-                    *favourite = k;
+                    *strongest = k;
                 }
             }
         }
-        self.tally.log_likelihood = likelihood.iter().sum();
-        for (sums, lanes) in self.tally.sums.iter_mut().zip(&scratch.lanes) {
+        self.pass_sums.log_likelihood = likelihood.iter().sum();
+        for (sums, lanes) in self.pass_sums.moments.iter_mut().zip(&scratch.lanes) {
             *sums = lanes.map(|lane| lane.iter().sum());
         }
     }
 }
 
-/// Binary log densities of the components that matter to the block, in `scratch`, and the best of every lane.
+/// Evaluates the components that are relevant to the block: their log densities in bits go to `scratch`; returns the largest
+/// of every lane.
 #[inline(always)]
-fn nearest<const FUSED: bool, const LANES: usize>(
-    ready: &[Ready],
-    bounds: &Bounds,
+fn evaluate_relevant<const FUSED: bool, const LANES: usize>(
+    prepared: &[PreparedComponent],
+    bounds: &ComponentBounds,
     block: &Block,
     first: usize,
-    scratch: &mut Scratch,
-) -> [f64; BLOCK] {
-    let Scratch {
+    scratch: &mut PassScratch,
+) -> [f64; BLOCK_SIZE] {
+    let PassScratch {
         logs,
-        near,
-        ceilings,
+        relevant,
+        upper_bounds,
         ..
     } = scratch;
-    bounds.ceilings::<FUSED>(block, ceilings);
-    near.clear();
-    let mut best = [f64::NEG_INFINITY; BLOCK];
-    if ready[first].peak > f64::NEG_INFINITY {
-        ready[first].log_densities::<FUSED>(block, &mut best);
+    bounds.upper_bounds::<FUSED>(block, upper_bounds);
+    relevant.clear();
+    let mut best = [f64::NEG_INFINITY; BLOCK_SIZE];
+    if prepared[first].peak > f64::NEG_INFINITY {
+        prepared[first].log_densities::<FUSED>(block, &mut best);
         logs[0] = best;
-        near.push(first as u32);
+        relevant.push(first as u32);
     }
-    let mut floor = lowest::<LANES>(&best);
-    for (k, component) in ready.iter().enumerate() {
-        // A component without weight has a ceiling of minus infinity, above which nothing lies.
-        if ceilings[k] <= floor - NEGLIGIBLE_BITS
+    let mut floor = min_over_lanes::<LANES>(&best);
+    for (k, component) in prepared.iter().enumerate() {
+        // The bound of a component without weight is minus infinity.
+        if upper_bounds[k] <= floor - NEGLIGIBLE_BITS
             || k == first
             || component.peak == f64::NEG_INFINITY
         {
             continue;
         }
-        let log = &mut logs[near.len()];
+        let log = &mut logs[relevant.len()];
         component.log_densities::<FUSED>(block, log);
-        let margin = raise::<LANES>(log, &mut best);
+        let margin = raise_to::<LANES>(log, &mut best);
         if margin > -NEGLIGIBLE_BITS {
-            near.push(k as u32);
-            floor = lowest::<LANES>(&best);
+            relevant.push(k as u32);
+            floor = min_over_lanes::<LANES>(&best);
         }
     }
     best
 }
 
-/// Raises `best` to `log` where that is more; gives the largest of `log` less the old best.
+/// Raises `best` to `log` where that is larger; returns the largest of `log` less the old `best`.
 #[inline(always)]
 #[expect(
     clippy::needless_range_loop,
     reason = "side-by-side arrays in lockstep vectorise"
 )]
-fn raise<const LANES: usize>(log: &[f64; BLOCK], best: &mut [f64; BLOCK]) -> f64 {
+fn raise_to<const LANES: usize>(log: &[f64; BLOCK_SIZE], best: &mut [f64; BLOCK_SIZE]) -> f64 {
     let mut margin = [f64::NEG_INFINITY; LANES];
-    for start in (0..BLOCK).step_by(LANES) {
+    for start in (0..BLOCK_SIZE).step_by(LANES) {
         for lane in 0..LANES {
             let i = start + lane;
             let over = log[i] - best[i];
@@ -176,9 +184,9 @@ fn raise<const LANES: usize>(log: &[f64; BLOCK], best: &mut [f64; BLOCK]) -> f64
 }
 
 #[inline(always)]
-fn lowest<const LANES: usize>(values: &[f64; BLOCK]) -> f64 {
+fn min_over_lanes<const LANES: usize>(values: &[f64; BLOCK_SIZE]) -> f64 {
     let mut low = [f64::INFINITY; LANES];
-    for start in (0..BLOCK).step_by(LANES) {
+    for start in (0..BLOCK_SIZE).step_by(LANES) {
         for lane in 0..LANES {
             let v = values[start + lane];
             low[lane] = if v < low[lane] { v } else { low[lane] };
@@ -188,28 +196,28 @@ fn lowest<const LANES: usize>(values: &[f64; BLOCK]) -> f64 {
         .fold(f64::INFINITY, |a, b| if b < a { b } else { a })
 }
 
-/// Makes `logs` densities relative to the best of each lane and adds up the likelihood; gives what turns
+/// Turns `logs` into densities relative to the best of each lane and adds to the likelihood; returns the factors that turn
 /// them into weighted responsibilities.
 #[inline(always)]
 #[expect(
     clippy::needless_range_loop,
     reason = "side-by-side arrays in lockstep vectorise"
 )]
-fn shares<const FUSED: bool, const LANES: usize>(
-    weights: &[f64; BLOCK],
-    best: &[f64; BLOCK],
-    logs: &mut [[f64; BLOCK]],
+fn normalise<const FUSED: bool, const LANES: usize>(
+    weights: &[f64; BLOCK_SIZE],
+    best: &[f64; BLOCK_SIZE],
+    logs: &mut [[f64; BLOCK_SIZE]],
     likelihood: &mut [f64; LANES],
-) -> [f64; BLOCK] {
-    let mut sum = [0.0; BLOCK];
+) -> [f64; BLOCK_SIZE] {
+    let mut sum = [0.0; BLOCK_SIZE];
     for log in logs {
-        for i in 0..BLOCK {
+        for i in 0..BLOCK_SIZE {
             log[i] = exp2::<FUSED>(log[i] - best[i]);
             sum[i] += log[i];
         }
     }
-    let mut share = [0.0; BLOCK];
-    for start in (0..BLOCK).step_by(LANES) {
+    let mut share = [0.0; BLOCK_SIZE];
+    for start in (0..BLOCK_SIZE).step_by(LANES) {
         for lane in 0..LANES {
             let i = start + lane;
             let log_density = multiply_add::<FUSED>(best[i], LN_2, ln::<FUSED>(sum[i]));
@@ -220,22 +228,22 @@ fn shares<const FUSED: bool, const LANES: usize>(
     share
 }
 
-/// Adds the ten sums of one block for one component; gives the first of them, for this block alone.
+/// Adds the moment sums of one component over one block; returns its mass in this block.
 #[inline(always)]
 #[expect(
     clippy::needless_range_loop,
     reason = "side-by-side arrays in lockstep vectorise"
 )]
-fn gather<const FUSED: bool, const LANES: usize>(
+fn accumulate<const FUSED: bool, const LANES: usize>(
     block: &Block,
     mean: &[f64; 3],
-    parts: &[f64; BLOCK],
-    share: &[f64; BLOCK],
-    into: &mut [[f64; WIDEST]; 10],
+    parts: &[f64; BLOCK_SIZE],
+    share: &[f64; BLOCK_SIZE],
+    into: &mut [[f64; MAX_LANES]; 10],
 ) -> f64 {
     let fma = multiply_add::<FUSED>;
     let mut sums = [[0.0; LANES]; 10];
-    for start in (0..BLOCK).step_by(LANES) {
+    for start in (0..BLOCK_SIZE).step_by(LANES) {
         for lane in 0..LANES {
             let i = start + lane;
             let r = parts[i] * share[i];

@@ -1,33 +1,37 @@
-//! Takes points, gives Gaussian mixtures (paper section III.A, Eq. 1-4).
+//! Gaussian mixtures of point clouds and how they are fitted (paper section III.A; `docs/novelty.md sections 3 and 12`).
 
-mod ascent;
-mod component;
-pub mod constants;
-mod curve;
+mod bic;
+pub(crate) mod constants;
 pub mod em;
+mod em_fit;
+mod em_settings;
+mod em_state;
 mod error;
 mod exponential;
 mod fit;
 mod gaussian;
 pub(crate) mod instructions;
 mod kernel;
-mod lattice;
-pub mod mml;
+pub mod kmeans;
+pub(crate) mod linalg;
+mod mml;
 mod model;
-pub mod order;
+mod morton;
+mod point_blocks;
 mod pool;
+mod prepared_component;
 mod record;
 mod refit;
-pub mod seed;
-pub mod split;
-pub mod symmetric;
+mod split;
 
-pub use em::{Collapse, EmSettings, Fit, Start, Stopped};
+pub use constants::{DEFAULT_MAX_COMPONENTS, DEFAULT_RESTARTS};
+pub use em_fit::{Collapse, EmFit, FitStart, StopReason};
+pub use em_settings::EmSettings;
 pub use error::MixtureError;
-pub use fit::{Components, FitSettings, fit};
-pub use gaussian::{Density, Gaussian};
-pub use instructions::Instructions;
+pub use fit::{ComponentSelection, FitSettings, fit};
+pub use gaussian::Gaussian;
+pub use instructions::InstructionSet;
 pub use model::Mixture;
 pub use record::MixtureRecord;
-pub use refit::{Refit, RefitSettings, Unexplained, refit, sigmas_to_nearest};
+pub use refit::{Refit, RefitSettings, Unexplained, refit};
 pub use split::{SplitSettings, split_until_flat};

@@ -1,14 +1,15 @@
-//! The mixture itself (Theta of Eq. 3) and its invariant.
+//! The Gaussian mixture (Theta of paper Eq. 3) and its invariant.
 
-use super::constants::{SEMI_DEFINITE_SLACK, WEIGHT_SUM_SLACK};
-use super::symmetric::Eigen;
-use super::{Density, Gaussian, MixtureError};
+use super::constants::{SEMI_DEFINITE_TOLERANCE, WEIGHT_SUM_TOLERANCE};
+use super::gaussian::GaussianDensity;
+use super::linalg::Eigen;
+use super::{Gaussian, MixtureError};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// A Gaussian mixture: `weights[k]` belongs to `components[k]`.
 ///
-/// Invariant (Eq. 2): every weight is finite and not negative, and they sum to one (within
-/// rounding); an empty mixture has neither.
+/// Invariant (paper Eq. 2): every weight is finite and not negative, and they sum to one within rounding. An empty mixture
+/// has neither weights nor components.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mixture {
     /// Mixing probabilities p_k.
@@ -18,7 +19,7 @@ pub struct Mixture {
 }
 
 impl Mixture {
-    /// Builds a mixture and keeps its invariant; weights that miss one by at most 1e-6 are scaled.
+    /// Checks the invariant; weights whose sum is off by at most 1e-6 are scaled.
     ///
     /// # Errors
     /// Lengths that differ, entries that are not finite, negative weights, a sum that is not one,
@@ -38,10 +39,10 @@ impl Mixture {
         };
         if !mixture.is_empty() {
             let sum = mixture.checked_sum()?;
-            if sum.is_nan() || (sum - 1.0).abs() > WEIGHT_SUM_SLACK {
+            if sum.is_nan() || (sum - 1.0).abs() > WEIGHT_SUM_TOLERANCE {
                 return Err(MixtureError::WeightSum {
                     got: sum,
-                    slack: WEIGHT_SUM_SLACK,
+                    slack: WEIGHT_SUM_TOLERANCE,
                 });
             }
             mixture.weights.iter_mut().for_each(|w| *w /= sum);
@@ -52,10 +53,10 @@ impl Mixture {
         Ok(mixture)
     }
 
-    /// A mixture from masses of any positive sum, which becomes one.
+    /// A mixture from masses, which are scaled to sum to one.
     ///
     /// # Errors
-    /// As [`Mixture::try_new`]; the sum may be any finite number above zero.
+    /// As [`Mixture::try_new`], but the sum may be any finite number above zero.
     pub fn from_masses(masses: Vec<f64>, components: Vec<Gaussian>) -> Result<Self, MixtureError> {
         let mut mixture = Self {
             weights: masses,
@@ -65,7 +66,7 @@ impl Mixture {
         if !mixture.weights.is_empty() && (sum <= 0.0 || !sum.is_finite()) {
             return Err(MixtureError::WeightSum {
                 got: sum,
-                slack: WEIGHT_SUM_SLACK,
+                slack: WEIGHT_SUM_TOLERANCE,
             });
         }
         mixture.weights.iter_mut().for_each(|w| *w /= sum);
@@ -91,8 +92,7 @@ impl Mixture {
         self.components.is_empty()
     }
 
-    /// Mean and covariance of the whole distribution, the components merged into one; `None` if
-    /// there is no mass.
+    /// Mean and covariance of the whole distribution; `None` without mass.
     pub fn total_moments(&self) -> Option<Gaussian> {
         let total: f64 = self.weights.iter().sum();
         let first = self.components.first()?.mean;
@@ -109,7 +109,7 @@ impl Mixture {
         Some(Gaussian { mean, covariance })
     }
 
-    /// ln f(x, Theta) of Eq. 1, by log-sum-exp; minus infinity where no component reaches.
+    /// ln f(x, Theta) of paper Eq. 1, by log-sum-exp; minus infinity where it underflows.
     ///
     /// # Errors
     /// [`MixtureError::Singular`] if a component with weight has no density.
@@ -117,7 +117,8 @@ impl Mixture {
         let mut logs = Vec::with_capacity(self.len());
         for (component, (&w, g)) in self.weights.iter().zip(&self.components).enumerate() {
             if w > 0.0 {
-                let density = Density::of(g).ok_or(MixtureError::Singular { component })?;
+                let density =
+                    GaussianDensity::new(g).ok_or(MixtureError::Singular { component })?;
                 logs.push(w.ln() + density.log_at(x));
             }
         }
@@ -143,9 +144,9 @@ fn check(component: usize, gaussian: &Gaussian) -> Result<(), MixtureError> {
             component,
         });
     }
-    let values = Eigen::of(c).values;
-    let slack = SEMI_DEFINITE_SLACK * values[2].abs();
-    if values[0] < -slack || (c - c.transpose()).amax() > slack {
+    let values = Eigen::new(c).values;
+    let tolerance = SEMI_DEFINITE_TOLERANCE * values[2].abs();
+    if values[0] < -tolerance || (c - c.transpose()).amax() > tolerance {
         return Err(MixtureError::NotSemiDefinite {
             component,
             smallest: values[0],
@@ -169,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn the_invariant_is_kept() {
+    fn the_invariant_is_checked() {
         let ok =
             Mixture::try_new(vec![0.3, 0.7 + 5e-7], vec![ball(0.0), ball(1.0)]).expect("close");
         assert!((ok.weights.iter().sum::<f64>() - 1.0).abs() < 1e-15);
@@ -213,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn merging_is_the_law_of_total_variance() {
+    fn total_moments_follow_the_law_of_total_variance() {
         let m = Mixture::from_masses(vec![1.0, 3.0], vec![ball(0.0), ball(4.0)]).expect("sound");
         let total = m.total_moments().expect("mass");
         assert_eq!(total.mean, Point3::new(3.0, 0.0, 0.0));

@@ -1,13 +1,13 @@
-//! The threads of one fit: a pool of its own that stays awake from the first iteration to the last.
+//! The thread pool of one fit; its threads stay awake from the first iteration to the last.
 
 use super::MixtureError;
 use rayon::Yield;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Runs `work` where `threads` say: in a pool of so many, or on the caller's thread for 0 and 1.
+/// Runs `work` in a new pool of `threads`, or on the caller's thread for 0 and 1.
 ///
 /// # Errors
-/// Threads that cannot be had.
+/// Threads that cannot be started.
 pub(super) fn in_pool<T: Send>(
     threads: usize,
     work: impl FnOnce() -> T + Send,
@@ -20,30 +20,30 @@ pub(super) fn in_pool<T: Send>(
         threads,
         reason: e.to_string(),
     })?;
-    let over = AtomicBool::new(false);
+    let finished = AtomicBool::new(false);
     Ok(pool.scope(|scope| {
         for _ in 1..threads {
-            scope.spawn(|_| help_until(&over));
+            scope.spawn(|_| help_until(&finished));
         }
-        let _end = EndOnDrop(&over);
+        let _finish = FinishOnDrop(&finished);
         work()
     }))
 }
 
-/// Takes work as it comes. An idle worker of the pool would fall asleep in every M step, and waking it takes
-/// as long as a part of the E step.
-fn help_until(over: &AtomicBool) {
-    while !over.load(Ordering::Acquire) {
+/// Takes work until finished. An idle worker would fall asleep in every M step, and waking it takes as long as a part of the
+/// E step.
+fn help_until(finished: &AtomicBool) {
+    while !finished.load(Ordering::Acquire) {
         if rayon::yield_now() != Some(Yield::Executed) {
             std::thread::yield_now();
         }
     }
 }
 
-/// Lets the helpers go, also when the work panics.
-struct EndOnDrop<'a>(&'a AtomicBool);
+/// Stops the helpers, also when the work panics.
+struct FinishOnDrop<'a>(&'a AtomicBool);
 
-impl Drop for EndOnDrop<'_> {
+impl Drop for FinishOnDrop<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Release);
     }

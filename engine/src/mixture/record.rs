@@ -1,24 +1,24 @@
 //! A mixture as JSON: `{"weights": [K], "means": [K][3], "covs": [K][6]}`, covariances as xx xy xz yy yz zz.
 
-use super::constants::SEMI_DEFINITE_SLACK;
+use super::constants::SEMI_DEFINITE_TOLERANCE;
 use super::{Gaussian, Mixture, MixtureError};
 use nalgebra::{Matrix3, Point3};
 use serde::{Deserialize, Serialize};
 
-/// The three arrays as they stand in a file. Metres and square metres.
+/// The arrays of the JSON form, in metres and square metres.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MixtureRecord {
-    /// p_k.
+    /// Weights p_k.
     pub weights: Vec<f64>,
-    /// mu_k.
+    /// Means mu_k, metres.
     pub means: Vec<[f64; 3]>,
-    /// Sigma_k: xx xy xz yy yz zz.
+    /// Covariances Sigma_k as xx xy xz yy yz zz, square metres.
     pub covs: Vec<[f64; 6]>,
 }
 
-/// A record as it may come in.
+/// The JSON form with covariances of either layout.
 #[derive(Deserialize)]
-struct Incoming {
+struct RawRecord {
     weights: Vec<f64>,
     means: Vec<[f64; 3]>,
     covs: Vec<Covariance>,
@@ -35,15 +35,15 @@ enum Covariance {
 }
 
 impl Covariance {
-    /// As xx xy xz yy yz zz, the mean of both sides of the diagonal.
-    fn six(&self, component: usize) -> Result<[f64; 6], MixtureError> {
+    /// xx xy xz yy yz zz, each the mean of both triangles.
+    fn upper_triangle(&self, component: usize) -> Result<[f64; 6], MixtureError> {
         match self {
             Self::Six(six) => Ok(*six),
             Self::Rows(m) => {
                 let largest = m.iter().flatten().fold(0.0, |a: f64, v| a.max(v.abs()));
                 let apart = |(r, c): (usize, usize)| (m[r][c] - m[c][r]).abs();
                 let sides = [(0, 1), (0, 2), (1, 2)].map(apart);
-                if sides.iter().any(|a| *a > SEMI_DEFINITE_SLACK * largest) {
+                if sides.iter().any(|a| *a > SEMI_DEFINITE_TOLERANCE * largest) {
                     let what = format!("covariance {component} is not symmetric");
                     return Err(MixtureError::Record(what));
                 }
@@ -55,19 +55,21 @@ impl Covariance {
 }
 
 impl MixtureRecord {
-    /// Reads a record and checks it; covariances may also stand as 3 x 3 rows, unknown keys beside the three are ignored, so that the output
-    /// of a fit is itself a start.
+    /// Reads and checks a mixture. Covariances may also be 3 x 3 rows. Unknown keys are ignored, so that the output of a fit
+    /// can be a start.
     ///
     /// # Errors
     /// [`MixtureError::Record`] for text of another form, else as [`Mixture::try_new`].
     pub fn parse(json: &str) -> Result<Mixture, MixtureError> {
-        let record: Incoming =
+        let record: RawRecord =
             serde_json::from_str(json).map_err(|e| MixtureError::Record(e.to_string()))?;
         let covs = record.covs.iter().enumerate();
         let record = Self {
             weights: record.weights,
             means: record.means,
-            covs: covs.map(|(k, c)| c.six(k)).collect::<Result<_, _>>()?,
+            covs: covs
+                .map(|(k, c)| c.upper_triangle(k))
+                .collect::<Result<_, _>>()?,
         };
         record.try_into()
     }
@@ -130,7 +132,7 @@ mod tests {
     const TWO: &str = r#"{"weights":[0.25,0.75],"means":[[0.0,1.0,2.0],[3.0,4.0,5.0]],"covs":[[1.0,0.1,0.2,2.0,0.3,3.0],[1.0,0.0,0.0,1.0,0.0,0.0]]}"#;
 
     #[test]
-    fn there_and_back_is_the_same_text() {
+    fn json_round_trip_gives_the_same_text() {
         let mixture = MixtureRecord::parse(TWO).expect("sound");
         assert_eq!(mixture.components[0].covariance[(2, 1)], 0.3);
         let text = serde_json::to_string(&MixtureRecord::from(&mixture)).expect("serialises");
@@ -150,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_named() {
+    fn bad_records_are_refused() {
         let refused = |text: &str| MixtureRecord::parse(text).expect_err("refused");
         let e = refused(&TWO.replace("[3.0,4.0,5.0]", "[3.0,4.0]"));
         assert!(

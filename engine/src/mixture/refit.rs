@@ -1,28 +1,28 @@
-//! The revisit explained by the reference: its components stay where they are, only their weights are
-//! free, and new ones stand only where points stay unexplained. Two independent fits of one place
-//! differ by EM's local optima; these two do not (design, section 5).
+//! Refits a mixture to new points: its components are frozen, only their weights are free, and new components are added only
+//! where points are unexplained. Two independent fits of one place end in different local optima; a refit does not
+//! (`docs/novelty.md section 3`).
 
-use super::component::{Bounds, Ready};
-use super::constants::{REFIT_ITERATIONS, REGULARISATION_M2, UNEXPLAINED_SIGMAS};
+use super::constants::{REFIT_MAX_ITERATIONS, REGULARISATION_M2, UNEXPLAINED_SIGMAS};
 use super::em::run_frozen;
-use super::instructions::{Instructions, Loops};
-use super::lattice::{BLOCK, Lattice};
+use super::instructions::{InstructionSet, SimdKernel};
+use super::point_blocks::{BLOCK_SIZE, PointBlocks};
+use super::prepared_component::{ComponentBounds, PreparedComponent};
 use super::split::{SplitSettings, split_until_flat};
 use super::{EmSettings, Gaussian, Mixture, MixtureError};
 use nalgebra::{Matrix3, Point3};
 use std::f64::consts::LOG2_E;
 
-/// Which points the reference does not explain.
+/// Which points the reference mixture does not explain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Unexplained<'a> {
-    /// Those farther than so many sigmas (Mahalanobis) from every reference component that has weight.
+    /// Those beyond a Mahalanobis distance from every component that has weight.
     Beyond {
-        /// Sigmas.
+        /// Mahalanobis distance.
         sigmas: f64,
-        /// Variance of the points' own noise, added to every component before measuring, square metres.
+        /// Variance of the noise of the points, added to every component, square metres.
         noise_m2: f64,
     },
-    /// Those the caller found, as indices into the points.
+    /// Those with these indices.
     Listed(&'a [usize]),
 }
 
@@ -35,12 +35,12 @@ impl Default for Unexplained<'_> {
     }
 }
 
-/// How a refit runs.
+/// Settings of a refit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefitSettings {
-    /// How unexplained points become new components.
+    /// How unexplained points are split into new components.
     pub split: SplitSettings,
-    /// How weights and new components settle.
+    /// EM of the weights and the new components.
     pub em: EmSettings,
 }
 
@@ -49,30 +49,30 @@ impl Default for RefitSettings {
         Self {
             split: SplitSettings::default(),
             em: EmSettings {
-                iterations: REFIT_ITERATIONS,
+                iterations: REFIT_MAX_ITERATIONS,
                 ..EmSettings::default()
             },
         }
     }
 }
 
-/// The revisit's mixture.
+/// Result of a refit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refit {
-    /// First the reference's components in their order, then the new ones.
+    /// The reference's components in their order, then the new ones.
     pub mixture: Mixture,
-    /// How many are the reference's.
+    /// Number of the reference's components.
     pub frozen: usize,
-    /// Indices of the points that were taken as unexplained, ascending.
+    /// Indices of the unexplained points, ascending.
     pub unexplained: Vec<usize>,
-    /// Mean over the points (by weight) of ln f, nats.
+    /// Weighted mean over the points of ln f, nats.
     pub mean_log_likelihood: f64,
 }
 
-/// Refits `points` (metres; `weights` 1 if absent) from `reference`.
+/// Refits `reference` to `points` (metres; `weights` 1 if absent).
 ///
 /// # Errors
-/// As [`super::em::run`]; an index in [`Unexplained::Listed`] that is no point's.
+/// As [`super::em::run`]; an index in [`Unexplained::Listed`] out of range.
 pub fn refit(
     reference: &Mixture,
     points: &[Point3<f64>],
@@ -81,7 +81,7 @@ pub fn refit(
     settings: &RefitSettings,
 ) -> Result<Refit, MixtureError> {
     let unexplained = match unexplained {
-        Unexplained::Listed(listed) => checked(listed, points.len())?,
+        Unexplained::Listed(listed) => sorted_indices(listed, points.len())?,
         Unexplained::Beyond { sigmas, noise_m2 } => {
             let distances = sigmas_to_nearest(reference, points, noise_m2, sigmas)?;
             (0..points.len())
@@ -97,14 +97,14 @@ pub fn refit(
         .iter()
         .map(|w| w * (total - new_mass))
         .collect();
-    // A component without weight can never win any back: even a hidden one is offered a point's share.
-    let least = total / points.len().max(1) as f64;
-    masses.iter_mut().for_each(|m| *m = m.max(least));
+    // A component without weight could never gain any: every one gets a point's share at least.
+    let min_mass = total / points.len().max(1) as f64;
+    masses.iter_mut().for_each(|m| *m = m.max(min_mass));
     let mut components = reference.components.clone();
     if new_mass > 0.0 {
-        let places: Vec<Point3<f64>> = unexplained.iter().map(|&i| points[i]).collect();
-        let shares: Vec<f64> = unexplained.iter().map(|&i| weight(i)).collect();
-        let new = split_until_flat(&places, Some(&shares), &settings.split)?;
+        let new_points: Vec<Point3<f64>> = unexplained.iter().map(|&i| points[i]).collect();
+        let new_weights: Vec<f64> = unexplained.iter().map(|&i| weight(i)).collect();
+        let new = split_until_flat(&new_points, Some(&new_weights), &settings.split)?;
         masses.extend(new.weights.iter().map(|w| w * new_mass));
         components.extend(new.components);
     }
@@ -114,7 +114,7 @@ pub fn refit(
     };
     let fit = run_frozen(points, weights, start, reference.len(), &settings.em)?;
     let mut mixture = fit.mixture;
-    // To the bit: centring for the fit moved the means by rounding.
+    // Exactly: centring for the fit moved the means by rounding.
     mixture.components[..reference.len()].copy_from_slice(&reference.components);
     Ok(Refit {
         mixture,
@@ -124,7 +124,7 @@ pub fn refit(
     })
 }
 
-fn checked(listed: &[usize], len: usize) -> Result<Vec<usize>, MixtureError> {
+fn sorted_indices(listed: &[usize], len: usize) -> Result<Vec<usize>, MixtureError> {
     let mut indices = listed.to_vec();
     indices.sort_unstable();
     indices.dedup();
@@ -134,13 +134,12 @@ fn checked(listed: &[usize], len: usize) -> Result<Vec<usize>, MixtureError> {
     }
 }
 
-/// Mahalanobis distance of every point from the component of `mixture` (of some weight) that is nearest
-/// in that sense, each widened by `noise_m2`. Exact up to `cap` sigmas; beyond it infinite, so that far
-/// components are not visited.
+/// Least Mahalanobis distance of every point from the components of `mixture` that have weight, each widened by `noise_m2`.
+/// Infinite beyond `cap`, so that far components are not visited.
 ///
 /// # Errors
 /// Coordinates that are not finite; a component without volume if `noise_m2` is 0.
-pub fn sigmas_to_nearest(
+fn sigmas_to_nearest(
     mixture: &Mixture,
     points: &[Point3<f64>],
     noise_m2: f64,
@@ -150,63 +149,66 @@ pub fn sigmas_to_nearest(
     if points.is_empty() {
         return Ok(nearest);
     }
-    let lattice = Lattice::new(points, None, false)?;
-    let mut ready = Vec::with_capacity(mixture.len());
+    let point_blocks = PointBlocks::new(points, None, false)?;
+    let mut prepared = Vec::with_capacity(mixture.len());
     for (component, (&weight, g)) in mixture.weights.iter().zip(&mixture.components).enumerate() {
         if weight > 0.0 {
             let wide = Gaussian {
-                mean: g.mean - lattice.centre,
+                mean: g.mean - point_blocks.centre,
                 covariance: g.covariance + Matrix3::from_diagonal_element(noise_m2),
             };
-            ready.push(Ready::new(weight, &wide).ok_or(MixtureError::Singular { component })?);
+            prepared.push(
+                PreparedComponent::new(weight, &wide)
+                    .ok_or(MixtureError::Singular { component })?,
+            );
         }
     }
-    let mut bounds = Bounds::default();
-    bounds.set(&ready);
-    Instructions::best().run(Nearest {
-        ready: &ready,
+    let mut bounds = ComponentBounds::default();
+    bounds.set(&prepared);
+    InstructionSet::best().run(NearestComponents {
+        prepared: &prepared,
         bounds: &bounds,
-        lattice: &lattice,
+        point_blocks: &point_blocks,
         cap,
         nearest: &mut nearest,
     });
     Ok(nearest)
 }
 
-/// The loops of [`sigmas_to_nearest`].
-struct Nearest<'a> {
-    ready: &'a [Ready],
-    bounds: &'a Bounds,
-    lattice: &'a Lattice,
+/// The loop of [`sigmas_to_nearest`].
+struct NearestComponents<'a> {
+    prepared: &'a [PreparedComponent],
+    bounds: &'a ComponentBounds,
+    point_blocks: &'a PointBlocks,
     cap: f64,
     nearest: &'a mut [f64],
 }
 
-impl Loops for Nearest<'_> {
+impl SimdKernel for NearestComponents<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<const FUSED: bool, const LANES: usize>(self) {
-        // A component loses half its squared sigmas, in nats.
+        // ln of the density falls by half the squared distance, in nats.
         let bits = 0.5 * LOG2_E;
         let cap = self.cap * self.cap * bits;
-        let mut ceilings = Vec::new();
-        let mut losses = [0.0; BLOCK];
-        let places = self.lattice.order.chunks(BLOCK);
-        for (block, places) in self.lattice.blocks.iter().zip(places) {
-            self.bounds.ceilings::<FUSED>(block, &mut ceilings);
-            let mut best = [f64::INFINITY; BLOCK];
-            for (component, ceiling) in self.ready.iter().zip(&ceilings) {
-                if component.peak - ceiling > cap {
+        let mut upper_bounds = Vec::new();
+        let mut distances = [0.0; BLOCK_SIZE];
+        let indices = self.point_blocks.order.chunks(BLOCK_SIZE);
+        for (block, indices) in self.point_blocks.blocks.iter().zip(indices) {
+            self.bounds.upper_bounds::<FUSED>(block, &mut upper_bounds);
+            let mut best = [f64::INFINITY; BLOCK_SIZE];
+            for (component, upper_bound) in self.prepared.iter().zip(&upper_bounds) {
+                if component.peak - upper_bound > cap {
                     continue;
                 }
-                component.losses::<FUSED>(block, &mut losses);
-                for (best, loss) in best.iter_mut().zip(&losses) {
-                    *best = if *loss < *best { *loss } else { *best };
+                component.half_mahalanobis_bits::<FUSED>(block, &mut distances);
+                for (best, distance) in best.iter_mut().zip(&distances) {
+                    *best = if *distance < *best { *distance } else { *best };
                 }
             }
-            for (&index, loss) in places.iter().zip(best) {
-                let sigmas = (loss / bits).sqrt();
+            for (&index, distance) in indices.iter().zip(best) {
+                let sigmas = (distance / bits).sqrt();
                 self.nearest[index as usize] = if sigmas > self.cap {
                     f64::INFINITY
                 } else {
@@ -220,8 +222,9 @@ impl Loops for Nearest<'_> {
 #[cfg(test)]
 mod tests {
     use super::{RefitSettings, Unexplained, refit, sigmas_to_nearest};
+    use crate::mixture::gaussian::GaussianDensity;
     use crate::mixture::split::{SplitSettings, split_until_flat};
-    use crate::mixture::{Density, Mixture, MixtureError};
+    use crate::mixture::{Mixture, MixtureError};
     use nalgebra::{Point3, Vector3};
 
     /// A floor of 4 m by 3 m.
@@ -243,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_cloud_needs_nothing_new() {
+    fn the_same_cloud_needs_no_new_component() {
         let (reference, points) = (reference(), floor());
         let same = refit(
             &reference,
@@ -265,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thing_on_the_floor_gets_components_of_its_own() {
+    fn an_object_above_the_floor_gets_components_of_its_own() {
         let (reference, mut points) = (reference(), floor());
         let centre = Point3::new(2.0, 1.5, 1.0);
         points.extend((0..300).map(|i| {
@@ -288,7 +291,7 @@ mod tests {
             assert!((g.mean - centre).norm() < 0.3);
         }
         let listed: Vec<usize> = (6000..6300).rev().collect();
-        let told = refit(
+        let with_listed = refit(
             &reference,
             &points,
             None,
@@ -296,7 +299,7 @@ mod tests {
             &RefitSettings::default(),
         )
         .expect("fits");
-        assert_eq!(told, found);
+        assert_eq!(with_listed, found);
         let err = refit(
             &reference,
             &points,
@@ -314,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn sigmas_are_those_of_a_full_search() {
+    fn sigmas_equal_those_of_a_full_search() {
         let (reference, points) = (reference(), floor());
         let far: Vec<_> = points
             .iter()
@@ -327,7 +330,7 @@ mod tests {
                 .components
                 .iter()
                 .map(|g| {
-                    Density::of(g)
+                    GaussianDensity::new(g)
                         .expect("volume")
                         .mahalanobis_squared(p)
                         .sqrt()

@@ -1,24 +1,24 @@
-//! The standard engine's components: the cloud is halved until every part is flat. No seed, no chance.
+//! Splits a cloud until every part is flat: the components of the engine `standard`. Deterministic.
 
 use super::constants::{
     FLAT_SIGMA_M, FLAT_SIGMAS_OF_NOISE, FLAT_WIDTH_M, FLAT_WIDTH_SPACINGS, REGULARISATION_M2,
     SPLIT_MIN_POINTS,
 };
-use super::lattice::{check_points, check_weights};
-use super::symmetric::Eigen;
+use super::linalg::Eigen;
+use super::point_blocks::{check_points, check_weights};
 use super::{Gaussian, Mixture, MixtureError};
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// When a part is flat.
+/// When a part is flat and narrow enough.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SplitSettings {
-    /// Standard deviation across the part at most, metres.
+    /// Standard deviation across a part at most, metres.
     pub flat_sigma_m: f64,
-    /// Widest part, metres: the side of a uniform plate of its largest variance.
+    /// Width of a part at most, metres: the side of the uniform plate of its largest variance.
     pub width_m: f64,
     /// Parts of this many points or fewer are not split further.
     pub min_points: usize,
-    /// Added to the covariances' diagonals, square metres.
+    /// Added to the diagonal of every covariance, square metres.
     pub regularisation_m2: f64,
 }
 
@@ -34,8 +34,8 @@ impl Default for SplitSettings {
 }
 
 impl SplitSettings {
-    /// Coarser where the data demand it: a flat wall of range noise `noise_sigma_m` stays one part, and
-    /// points `spacing_m` apart fill a part.
+    /// Coarser where the data demand it: a flat wall with range noise `noise_sigma_m` stays one part, and a part has several
+    /// points `spacing_m` apart.
     pub fn for_data(noise_sigma_m: f64, spacing_m: f64) -> Self {
         Self {
             flat_sigma_m: FLAT_SIGMA_M.max(FLAT_SIGMAS_OF_NOISE * noise_sigma_m),
@@ -45,8 +45,8 @@ impl SplitSettings {
     }
 }
 
-/// Halves the points at their mean across their principal axis until every part is flat and narrow;
-/// each part is one component. Meant for voxel-thinned points, weighted by `weights`. Deterministic.
+/// Halves the points at their mean, across their longest principal axis, until every part is flat and narrow; each part is
+/// one component. Meant for voxel-thinned points.
 ///
 /// # Errors
 /// No points, coordinates or weights that are not finite, weights without sum.
@@ -61,19 +61,19 @@ pub fn split_until_flat(
         check_weights(points, weights)?;
     }
     let weight = |i: usize| weights.map_or(1.0, |w| w[i]);
-    let mut heavy: Vec<(Vector3<f64>, f64)> = points
+    let mut weighted: Vec<(Vector3<f64>, f64)> = points
         .iter()
         .enumerate()
         .map(|(i, p)| (p - first, weight(i)))
         .filter(|(_, w)| *w > 0.0)
         .collect();
     let (mut masses, mut components) = (Vec::new(), Vec::new());
-    let mut open = vec![(0, heavy.len())];
+    let mut open = vec![(0, weighted.len())];
     while let Some((from, to)) = open.pop() {
-        let part = &mut heavy[from..to];
+        let part = &mut weighted[from..to];
         let (mass, mean, covariance) = moments(part);
-        let halves = divide(part, mean, &covariance, settings);
-        if let Some(middle) = halves {
+        let second_half = halve(part, mean, &covariance, settings);
+        if let Some(middle) = second_half {
             open.push((from + middle, to));
             open.push((from, from + middle));
             continue;
@@ -113,8 +113,8 @@ fn moments(part: &[(Vector3<f64>, f64)]) -> (f64, Vector3<f64>, Matrix3<f64>) {
     )
 }
 
-/// Sorts the part into two halves and gives where the second begins; `None` if it is to stay whole.
-fn divide(
+/// Partitions the part into two halves; returns the index of the second, `None` if the part stays whole.
+fn halve(
     part: &mut [(Vector3<f64>, f64)],
     mean: Vector3<f64>,
     covariance: &Matrix3<f64>,
@@ -123,9 +123,9 @@ fn divide(
     if part.len() <= settings.min_points.max(1) {
         return None;
     }
-    let eigen = Eigen::of(covariance);
+    let eigen = Eigen::new(covariance);
     let sigma = |i: usize| eigen.values[i].max(0.0).sqrt();
-    // A uniform plate of side a has the variance a^2 / 12.
+    // A uniform plate of side a has variance a^2 / 12.
     let width = 12f64.sqrt() * sigma(2);
     if sigma(0) <= settings.flat_sigma_m && width <= settings.width_m {
         return None;
@@ -144,7 +144,7 @@ fn divide(
 #[cfg(test)]
 mod tests {
     use super::{SplitSettings, split_until_flat};
-    use crate::mixture::symmetric::Eigen;
+    use crate::mixture::linalg::Eigen;
     use nalgebra::{Point3, Vector3};
 
     /// Floor and two walls of a room, points 6 cm apart.
@@ -169,14 +169,14 @@ mod tests {
         let mixture = split_until_flat(&corner(), None, &settings).expect("splits");
         assert!((20..400).contains(&mixture.len()), "{}", mixture.len());
         for g in &mixture.components {
-            let values = Eigen::of(&g.covariance).values;
+            let values = Eigen::new(&g.covariance).values;
             assert!(values[0].sqrt() <= settings.flat_sigma_m + 1e-3);
             assert!((12.0 * values[2]).sqrt() <= settings.width_m + 1e-2);
         }
     }
 
     #[test]
-    fn mass_and_moments_are_kept_wherever_the_cloud_lies() {
+    fn mass_and_moments_are_kept_far_from_the_origin() {
         let far: Vec<_> = corner()
             .iter()
             .map(|p| p + Vector3::new(1e6, -1e6, 0.0))
@@ -188,7 +188,7 @@ mod tests {
         let weights: Vec<f64> = (0..far.len()).map(|i| (i % 4) as f64).collect();
         let mixture = split_until_flat(&far, Some(&weights), &settings).expect("splits");
         let pairs = far.iter().zip(weights.iter().copied());
-        let (whole, _) = crate::mixture::Gaussian::of_weighted_points(pairs).expect("mass");
+        let (whole, _) = crate::mixture::Gaussian::from_weighted_points(pairs).expect("mass");
         let total = mixture.total_moments().expect("mass");
         assert!((total.mean - whole.mean).norm() < 1e-8);
         assert!((total.covariance - whole.covariance).amax() < 1e-7);
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn spots_and_single_points_are_one_component() {
+    fn repeated_and_single_points_are_one_component() {
         let p = Point3::new(3.0, 2.0, 1.0);
         for points in [vec![p], vec![p; 100]] {
             let mixture = split_until_flat(&points, None, &SplitSettings::default()).expect("one");

@@ -1,82 +1,92 @@
-//! Algorithm 1 of the paper: take Gaussians out of the revisit's mixture, the most changed first,
+//! Algorithm 1 of the paper (`docs/novelty.md section 10`): removes Gaussians from the current mixture, the most changed first,
 //! until it is as near to the reference as U_th; then with swapped roles for what disappeared.
 
 use super::common_surface::one_step;
-use super::detect::Pair;
-use super::quantify::split_settings;
-use super::{Evidence, Model, NoveltyError, Settings, Sight, Thing};
-use crate::distance::{CostMatrix, Ground, cost_matrix, emd, emd_of_costs};
+use super::view_pair::ViewPair;
+use super::{Evidence, NoveltyError, NoveltySettings, RevisitModel, Segment, Visibility};
+use crate::distance::{CostMatrix, GroundDistance, cost_matrix, emd, emd_of_costs};
+use crate::geometry::Pose;
 use crate::mixture::{Gaussian, Mixture, RefitSettings, Unexplained, refit};
-use nalgebra::Point3;
+use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Removals tried, most changed first, before the algorithm ends: the first is right in 98-100 %
-/// (design section 5).
-const CANDIDATES: usize = 5;
-/// A component lost its place if its twin has less than half of its weight.
-const TWIN_RATIO: f64 = 2.0;
+/// (`docs/novelty.md section 10`).
+const MAX_CANDIDATES: usize = 5;
+/// A shared component is a candidate if its weight is more than this many times that in the other mixture.
+const MIN_WEIGHT_RATIO: f64 = 2.0;
 
-/// What Algorithm 1 gives.
-pub struct Outcome {
-    /// Things that went, things that came.
-    pub things: [Vec<Thing>; 2],
-    /// Part of d_GMM of each of these.
+/// Result of Algorithm 1.
+pub struct MixtureSegmentation {
+    /// Disappeared and appeared segments.
+    pub segments: [Vec<Segment>; 2],
+    /// Part of d_GMM of each segment.
     pub contributions: [Vec<f64>; 2],
     /// d_GMM of the whole mixtures (line 1).
     pub d: f64,
-    /// Number of components: reference, revisit.
+    /// Number of components: reference, current.
     pub components: [usize; 2],
 }
 
-/// Runs Algorithm 1 both ways. `own_model` is the revisit's mixture in its own frame where it was
-/// fitted alone; otherwise it is refitted from `reference`.
+/// Runs Algorithm 1 both ways. `own_mixture` is that of the current view in its own frame if it was fitted alone; otherwise it
+/// is refitted from `reference`.
 ///
 /// # Errors
 /// Mixtures that cannot be fitted or compared.
 pub fn run(
     reference: &Mixture,
-    own_model: Option<Mixture>,
-    pair: &Pair<'_>,
+    own_mixture: Option<Mixture>,
+    pair: &ViewPair<'_>,
     evidence: &[Vec<Evidence>; 2],
-    settings: &Settings,
-) -> Result<Outcome, NoveltyError> {
-    let seen = [0, 1].map(|side| visible(pair, side, &evidence[side]));
-    if seen.iter().any(|(places, _)| places.is_empty()) {
-        return Ok(Outcome {
-            things: [Vec::new(), Vec::new()],
+    settings: &NoveltySettings,
+) -> Result<MixtureSegmentation, NoveltyError> {
+    let visible = [0, 1].map(|side| visible_cells(pair, side, &evidence[side]));
+    if visible.iter().any(|(points, _)| points.is_empty()) {
+        return Ok(MixtureSegmentation {
+            segments: [Vec::new(), Vec::new()],
             contributions: [Vec::new(), Vec::new()],
             d: 0.0,
             components: [reference.len(), 0],
         });
     }
-    // A thing's shadow would move mass as well: both mixtures weigh what both views could see.
-    let reference = &weighed(reference, &seen[0])?;
-    let revisit = match own_model {
-        Some(mixture) => weighed(&carried(mixture, &pair.reference_from(1).pose), &seen[1])?,
+    // Both mixtures are weighted by what both views could see, or shadows would move mass as well.
+    let reference = &reweighted(reference, &visible[0])?;
+    let current = match own_mixture {
+        Some(mixture) => {
+            let in_reference_frame = transformed(mixture, &pair.reference_from(1).pose);
+            reweighted(&in_reference_frame, &visible[1])?
+        }
         None => {
-            let told = RefitSettings {
-                split: split_settings(pair.views[1]),
+            let refit_settings = RefitSettings {
+                split: pair.views[1].split_settings(),
                 ..one_step()
             };
-            let (places, weights) = &seen[1];
-            refit(reference, places, Some(weights), unexplained(pair), &told)?.mixture
+            let (points, weights) = &visible[1];
+            refit(
+                reference,
+                points,
+                Some(weights),
+                unexplained(pair),
+                &refit_settings,
+            )?
+            .mixture
         }
     };
     let shared = match settings.model {
-        Model::Refit => reference.len(),
-        Model::Independent { .. } => 0,
+        RevisitModel::Refit => reference.len(),
+        RevisitModel::Independent { .. } => 0,
     };
-    let came = removed(&revisit, reference, shared, settings)?;
-    let went = removed(reference, &revisit, shared, settings)?;
+    let appeared = remove_changed(&current, reference, shared, settings)?;
+    let disappeared = remove_changed(reference, &current, shared, settings)?;
     let grouped = [
-        things(reference, &went, 0, pair, &evidence[0], settings),
-        things(&revisit, &came, 1, pair, &evidence[1], settings),
+        segments(reference, &disappeared, 0, pair, &evidence[0], settings),
+        segments(&current, &appeared, 1, pair, &evidence[1], settings),
     ];
-    let whole = emd(reference, &revisit, settings.quantify.ground)?;
+    let whole = emd(reference, &current, settings.quantify.ground)?;
     let owner = |side: usize, k: usize| {
         grouped[side]
             .iter()
             .position(|(components, _)| components.contains(&k))
-            .map(|thing| (side, thing))
+            .map(|segment| (side, segment))
     };
     let mut contributions = grouped.each_ref().map(|list| vec![0.0; list.len()]);
     for flow in &whole.plan {
@@ -84,75 +94,79 @@ pub fn run(
             .into_iter()
             .flatten()
             .collect();
-        for (side, thing) in &owners {
-            contributions[*side][*thing] += flow.mass * flow.distance / owners.len() as f64;
+        for (side, segment) in &owners {
+            contributions[*side][*segment] += flow.mass * flow.distance / owners.len() as f64;
         }
     }
-    Ok(Outcome {
-        things: grouped.map(|list| list.into_iter().map(|(_, thing)| thing).collect()),
+    Ok(MixtureSegmentation {
+        segments: grouped.map(|list| list.into_iter().map(|(_, segment)| segment).collect()),
         contributions,
         d: whole.d,
-        components: [reference.len(), revisit.len()],
+        components: [reference.len(), current.len()],
     })
 }
 
-/// Cells of view `side` that the other view could see, in the reference's frame, with their surface.
-fn visible(pair: &Pair<'_>, side: usize, evidence: &[Evidence]) -> (Vec<Point3<f64>>, Vec<f64>) {
+/// Cells of view `side` that the other view could see, in the reference's frame, with their area in square metres.
+fn visible_cells(
+    pair: &ViewPair<'_>,
+    side: usize,
+    evidence: &[Evidence],
+) -> (Vec<Point3<f64>>, Vec<f64>) {
     let surfaces = &pair.views[side].surfaces;
     let reference_from_own = pair.reference_from(side);
-    let mut seen = vec![0.0; surfaces.patches.len()];
+    let mut visible_points = vec![0.0; surfaces.patches.len()];
     for (cell, e) in surfaces.patch_of_point.iter().zip(evidence) {
-        if matches!(e.sight, Sight::Same | Sight::Through) {
-            seen[*cell as usize] += 1.0;
+        if matches!(e.visibility, Visibility::OnSurface | Visibility::FreeSpace) {
+            visible_points[*cell as usize] += 1.0;
         }
     }
     surfaces
         .patches
         .iter()
-        .zip(seen)
+        .zip(visible_points)
         .filter(|(_, n)| *n > 0.0)
         .map(|(p, n)| {
             (
-                reference_from_own.carry(&p.mean),
+                reference_from_own.apply(&p.mean),
                 n * p.area_m2 / p.count as f64,
             )
         })
         .unzip()
 }
 
-/// The mixture with the weights that it has on `seen`.
-fn weighed(
+/// The mixture with its weights on `visible` cells.
+fn reweighted(
     mixture: &Mixture,
-    seen: &(Vec<Point3<f64>>, Vec<f64>),
+    visible: &(Vec<Point3<f64>>, Vec<f64>),
 ) -> Result<Mixture, NoveltyError> {
-    let (places, weights) = seen;
+    let (points, weights) = visible;
     let none = Unexplained::Listed(&[]);
-    Ok(refit(mixture, places, Some(weights), none, &one_step())?.mixture)
+    Ok(refit(mixture, points, Some(weights), none, &one_step())?.mixture)
 }
 
-/// What the reference's components do not explain: five sigmas off, widened by the noise between.
-fn unexplained(pair: &Pair<'_>) -> Unexplained<'static> {
-    let [then, now] = pair.views;
-    let at = then.middle_range_m;
-    let noise_m2 = then.noise.sigma_m(at).powi(2) + now.noise.sigma_m(at).powi(2);
+/// Points are unexplained relative to the components widened by the noise of both views.
+fn unexplained(pair: &ViewPair<'_>) -> Unexplained<'static> {
+    let [reference, current] = pair.views;
+    let range_m = reference.median_range_m;
+    let noise_m2 =
+        reference.noise.sigma_m(range_m).powi(2) + current.noise.sigma_m(range_m).powi(2);
     match Unexplained::default() {
         Unexplained::Beyond { sigmas, .. } => Unexplained::Beyond { sigmas, noise_m2 },
         listed @ Unexplained::Listed(_) => listed,
     }
 }
 
-/// Pi: components of `theta` taken out, in order. The first `shared` components of both are the same
-/// Gaussians; one is significantly new only if it has more weight than its twin.
-fn removed(
+/// Pi: the components removed from `theta`, in order. The first `shared` components of both mixtures are the same Gaussians.
+fn remove_changed(
     theta: &Mixture,
     gamma: &Mixture,
     shared: usize,
-    settings: &Settings,
+    settings: &NoveltySettings,
 ) -> Result<Vec<usize>, NoveltyError> {
-    let ground: Ground = settings.quantify.ground;
+    let ground: GroundDistance = settings.quantify.ground;
     let costs = cost_matrix(theta, gamma, ground);
     let mut left: Vec<usize> = (0..theta.len()).collect();
-    let mut out = Vec::new();
+    let mut removed = Vec::new();
     let (mut d, mut plan) = distance(theta, &left, gamma, &costs)?;
     'removing: while d >= settings.u_th() && left.len() > 1 {
         // Line 4: the greatest quantified change is the greatest part of d_GMM.
@@ -161,34 +175,33 @@ fn removed(
             parts[row] += cost;
         }
         let mut candidates: Vec<usize> = (0..left.len())
-            .filter(|row| significantly_new(left[*row], theta, gamma, shared))
+            .filter(|row| is_candidate(left[*row], theta, gamma, shared))
             .collect();
         candidates.sort_by(|a, b| parts[*b].total_cmp(&parts[*a]).then(a.cmp(b)));
-        for row in candidates.into_iter().take(CANDIDATES) {
+        for row in candidates.into_iter().take(MAX_CANDIDATES) {
             let mut fewer = left.clone();
             let taken = fewer.remove(row);
             // Line 7: weights sum to one again.
             let (next, next_plan) = distance(theta, &fewer, gamma, &costs)?;
             if next < d {
-                out.push(taken);
+                removed.push(taken);
                 left = fewer;
                 d = next;
                 plan = next_plan;
                 continue 'removing;
             }
         }
-        break; // nothing that is left brings the mixtures nearer
+        break; // no removal brings the mixtures nearer
     }
-    Ok(out)
+    Ok(removed)
 }
 
-/// Whether component `k` of `theta` can be new: it has no twin in `gamma`, or lost most of its weight
-/// there. Without shared components every one can.
-fn significantly_new(k: usize, theta: &Mixture, gamma: &Mixture, shared: usize) -> bool {
-    k >= shared || theta.weights[k] > TWIN_RATIO * gamma.weights[k]
+/// Whether component `k` of `theta` may be removed: it is not shared with `gamma`, or has much less weight there.
+fn is_candidate(k: usize, theta: &Mixture, gamma: &Mixture, shared: usize) -> bool {
+    k >= shared || theta.weights[k] > MIN_WEIGHT_RATIO * gamma.weights[k]
 }
 
-/// d_GMM between the rows `left` of `theta` and `gamma`, with the cost of each flow by row of `left`.
+/// d_GMM between the components `left` of `theta` and `gamma`, with the cost of each flow by index into `left`.
 fn distance(
     theta: &Mixture,
     left: &[usize],
@@ -214,17 +227,21 @@ fn distance(
     Ok((solved.d, parts))
 }
 
-/// Removed components that touch are one thing; its points are those that it explains best.
-fn things(
+/// Segments of `removed` components: those that touch are one segment, with the points that they explain best.
+fn segments(
     mixture: &Mixture,
     removed: &[usize],
     side: usize,
-    pair: &Pair<'_>,
+    pair: &ViewPair<'_>,
     evidence: &[Evidence],
-    settings: &Settings,
-) -> Vec<(Vec<usize>, Thing)> {
-    let groups = touching(mixture, removed, settings.segment.link_m);
-    let densities: Vec<_> = mixture.components.iter().map(Explains::of).collect();
+    settings: &NoveltySettings,
+) -> Vec<(Vec<usize>, Segment)> {
+    let groups = touching(mixture, removed, settings.segment.link_distance_m);
+    let densities: Vec<_> = mixture
+        .components
+        .iter()
+        .map(ComponentDensity::new)
+        .collect();
     let reference_from_own = pair.reference_from(side);
     let own = pair.views[side];
     let mut points: Vec<Vec<usize>> = vec![Vec::new(); groups.len()];
@@ -235,10 +252,10 @@ fn things(
         }
     }
     for (cell, patch) in own.surfaces.patches.iter().enumerate() {
-        let place = reference_from_own.carry(&patch.mean);
+        let point = reference_from_own.apply(&patch.mean);
         let best = (0..mixture.len())
             .filter(|k| mixture.weights[*k] > 0.0)
-            .map(|k| (densities[k].log(&place) + mixture.weights[k].ln(), k))
+            .map(|k| (densities[k].log_at(&point) + mixture.weights[k].ln(), k))
             .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
         if let Some(group) = best.and_then(|(_, k)| group_of[k]) {
             points[group].push(cell);
@@ -259,26 +276,31 @@ fn things(
     groups
         .into_iter()
         .zip(lists)
-        .filter(|(_, points)| points.len() >= settings.segment.least_points)
+        .filter(|(_, points)| points.len() >= settings.segment.min_points)
         .map(|(components, points)| {
-            let thing = super::segment::measure(own, evidence, points, &settings.segment);
-            (components, thing)
+            let segment = super::segment::measure(own, evidence, points, &settings.segment);
+            (components, segment)
         })
-        .filter(|(_, thing)| {
-            // Out of the other view's sight is no change: more than half must have been in sight.
-            let seen = thing
-                .points
+        .filter(|(_, segment)| {
+            // More than half of it must have been in the other view's sight.
+            let seen = segment
+                .point_indices
                 .iter()
-                .filter(|i| matches!(evidence[**i].sight, Sight::Same | Sight::Through))
+                .filter(|i| {
+                    matches!(
+                        evidence[**i].visibility,
+                        Visibility::OnSurface | Visibility::FreeSpace
+                    )
+                })
                 .count();
-            2 * seen > thing.points.len()
+            2 * seen > segment.point_indices.len()
         })
         .collect()
 }
 
-/// Groups of `removed` whose ellipsoids (two sigmas) come within `link_m` of one another.
-fn touching(mixture: &Mixture, removed: &[usize], link_m: f64) -> Vec<Vec<usize>> {
-    let reach = |g: &Gaussian, towards: &nalgebra::Vector3<f64>| {
+/// Groups of `removed` whose ellipsoids (two sigmas) come within `link_distance_m` of one another.
+fn touching(mixture: &Mixture, removed: &[usize], link_distance_m: f64) -> Vec<Vec<usize>> {
+    let reach = |g: &Gaussian, towards: &Vector3<f64>| {
         2.0 * towards.dot(&(g.covariance * towards)).max(0.0).sqrt()
     };
     let mut groups: Vec<Vec<usize>> = Vec::new();
@@ -290,7 +312,7 @@ fn touching(mixture: &Mixture, removed: &[usize], link_m: f64) -> Vec<Vec<usize>
             let b = &mixture.components[*m];
             let off = b.mean - a.mean;
             off.try_normalize(1e-9)
-                .is_none_or(|u| off.norm() - reach(a, &u) - reach(b, &u) <= link_m)
+                .is_none_or(|u| off.norm() - reach(a, &u) - reach(b, &u) <= link_distance_m)
         };
         let (mut joined, rest): (Vec<_>, Vec<_>) =
             groups.into_iter().partition(|g| g.iter().any(near));
@@ -304,35 +326,34 @@ fn touching(mixture: &Mixture, removed: &[usize], link_m: f64) -> Vec<Vec<usize>
     groups
 }
 
-/// A Gaussian ready to be evaluated.
-struct Explains {
+/// A Gaussian prepared for evaluation, made one millimetre thicker so that flat ones have a density.
+struct ComponentDensity {
     mean: Point3<f64>,
-    inverse: nalgebra::Matrix3<f64>,
+    inverse: Matrix3<f64>,
     log_norm: f64,
 }
 
-impl Explains {
-    fn of(g: &Gaussian) -> Self {
-        // One millimetre, squared: a flat component still has a density.
-        let full = g.covariance + nalgebra::Matrix3::identity() * 1e-6;
+impl ComponentDensity {
+    fn new(g: &Gaussian) -> Self {
+        let full = g.covariance + Matrix3::identity() * 1e-6;
         Self {
             mean: g.mean,
-            inverse: full.try_inverse().unwrap_or_else(nalgebra::Matrix3::zeros),
+            inverse: full.try_inverse().unwrap_or_else(Matrix3::zeros),
             log_norm: -0.5 * full.determinant().max(f64::MIN_POSITIVE).ln(),
         }
     }
 
-    fn log(&self, p: &Point3<f64>) -> f64 {
+    fn log_at(&self, p: &Point3<f64>) -> f64 {
         let d = p - self.mean;
         self.log_norm - 0.5 * d.dot(&(self.inverse * d))
     }
 }
 
-fn carried(mut mixture: Mixture, pose: &crate::geometry::Pose) -> Mixture {
-    let turn = pose.rotation.to_rotation_matrix().into_inner();
+fn transformed(mut mixture: Mixture, pose: &Pose) -> Mixture {
+    let rotation = pose.rotation.to_rotation_matrix().into_inner();
     for g in &mut mixture.components {
         g.mean = pose * g.mean;
-        g.covariance = turn * g.covariance * turn.transpose();
+        g.covariance = rotation * g.covariance * rotation.transpose();
     }
     mixture
 }

@@ -1,163 +1,170 @@
 //! The surface that both views could see, cell by cell, and how the reference's components share it.
 
-use super::quantify::Side;
-use super::{NoveltyError, Sight};
+use super::compared_view::ComparedView;
+use super::{NoveltyError, Visibility};
 use crate::mixture::{EmSettings, Mixture, RefitSettings, Unexplained, refit};
 use nalgebra::Point3;
 
-/// Places and how much surface each stands for, square metres.
-pub type Surface = (Vec<Point3<f64>>, Vec<f64>);
+/// Cells, each with the area of surface that it represents.
+#[derive(Debug, Default)]
+pub struct WeightedCells {
+    /// In the reference's frame.
+    points: Vec<Point3<f64>>,
+    areas_m2: Vec<f64>,
+}
 
-/// The surface of one view that the other could see, cell by cell.
-pub struct Share {
-    /// Cells that both views saw, and their surface, square metres.
-    places: Vec<Point3<f64>>,
-    weights: Vec<f64>,
-    /// Cells that the other view did not surely see, and their surface.
-    pub unsure: Surface,
-    /// Cells with points that the other view looked through and that are no novelty, and their surface.
-    pub deviating: Surface,
-    /// Surface that is no novelty, square metres.
-    pub background: f64,
-    /// Surface of each novelty, square metres.
-    pub novelties: Vec<f64>,
-    /// Number of equal samples that the background's weights are worth.
+impl WeightedCells {
+    fn push(&mut self, point: Point3<f64>, area_m2: f64) {
+        self.points.push(point);
+        self.areas_m2.push(area_m2);
+    }
+}
+
+/// The surface of one view that the other could see.
+pub struct VisibleSurface {
+    /// Cells that both views saw.
+    common: WeightedCells,
+    /// Cells that the other view did not surely see.
+    pub unsure: WeightedCells,
+    /// Cells with points in free space of the other view that are in no segment.
+    pub deviating: WeightedCells,
+    /// Area of `common`.
+    pub background_m2: f64,
+    /// Area of each segment.
+    pub segments_m2: Vec<f64>,
+    /// Number of equal samples that the weights of `common` are worth.
     pub samples: f64,
     /// Share of the view's surface that the other could see.
     pub overlap: f64,
 }
 
-impl Share {
-    /// Adds up what `side` saw.
-    pub fn of(side: &Side<'_>) -> Self {
-        let surfaces = &side.own.surfaces;
-        let mut seen = vec![0.0; surfaces.patches.len()];
-        let mut through = vec![0.0; surfaces.patches.len()];
-        // Points of each cell within the range that is looked at.
-        let mut asked = vec![0.0; surfaces.patches.len()];
-        for (cell, sight) in surfaces.patch_of_point.iter().zip(side.sights) {
-            // Deviating points that are no novelty are noise: they weigh on neither side.
-            if *sight == Sight::Same {
-                seen[*cell as usize] += 1.0;
+impl VisibleSurface {
+    /// Adds up the cells of `view`.
+    pub fn new(view: &ComparedView<'_>) -> Self {
+        let surfaces = &view.prepared.surfaces;
+        // Points of each cell that are on a surface of the other view, in its free space, and in range.
+        let mut on_surface = vec![0.0; surfaces.patches.len()];
+        let mut free_space = vec![0.0; surfaces.patches.len()];
+        let mut in_range = vec![0.0; surfaces.patches.len()];
+        for (cell, visibility) in surfaces.patch_of_point.iter().zip(view.visibility) {
+            // Points in free space that are in no segment are noise: they have no weight on either side.
+            if *visibility == Visibility::OnSurface {
+                on_surface[*cell as usize] += 1.0;
             }
-            if *sight == Sight::Through {
-                through[*cell as usize] += 1.0;
+            if *visibility == Visibility::FreeSpace {
+                free_space[*cell as usize] += 1.0;
             }
-            if *sight != Sight::Beyond {
-                asked[*cell as usize] += 1.0;
+            if *visibility != Visibility::OutOfRange {
+                in_range[*cell as usize] += 1.0;
             }
         }
-        // Surface that one point of a cell stands for.
-        let share = |cell: u32| {
+        let area_per_point_m2 = |cell: u32| {
             let patch = &surfaces.patches[cell as usize];
             patch.area_m2 / patch.count.max(1) as f64
         };
-        let mut novelties = Vec::with_capacity(side.novelties.len());
-        for points in side.novelties {
-            let mut mass = 0.0;
-            for i in points {
+        let mut segments_m2 = Vec::with_capacity(view.segments.len());
+        for point_indices in view.segments {
+            let mut area_m2 = 0.0;
+            for i in point_indices {
                 let cell = surfaces.patch_of_point[*i];
-                mass += share(cell);
-                match side.sights[*i] {
-                    Sight::Same => seen[cell as usize] -= 1.0,
-                    Sight::Through => through[cell as usize] -= 1.0,
-                    Sight::Unseen | Sight::Hidden | Sight::Beyond => {}
+                area_m2 += area_per_point_m2(cell);
+                match view.visibility[*i] {
+                    Visibility::OnSurface => on_surface[cell as usize] -= 1.0,
+                    Visibility::FreeSpace => free_space[cell as usize] -= 1.0,
+                    Visibility::OutOfView | Visibility::Occluded | Visibility::OutOfRange => {}
                 }
             }
-            novelties.push(mass);
+            segments_m2.push(area_m2);
         }
-        let mut places = Vec::new();
-        let mut weights = Vec::new();
-        let (mut unsure, mut deviating) = (Surface::default(), Surface::default());
-        for (cell, n) in seen.iter().enumerate() {
+        let mut common = WeightedCells::default();
+        let (mut unsure, mut deviating) = (WeightedCells::default(), WeightedCells::default());
+        for (cell, n) in on_surface.iter().enumerate() {
             let patch = &surfaces.patches[cell];
-            let place = side.reference_from_own.carry(&patch.mean);
+            let point = view.reference_from_own.apply(&patch.mean);
+            let area_m2 = area_per_point_m2(cell as u32);
             if *n > 0.0 {
-                places.push(place);
-                weights.push(n * share(cell as u32));
+                common.push(point, n * area_m2);
             }
-            if through[cell] > 0.0 {
-                deviating.0.push(place);
-                deviating.1.push(through[cell] * share(cell as u32));
+            if free_space[cell] > 0.0 {
+                deviating.push(point, free_space[cell] * area_m2);
             }
-            if *n < asked[cell] {
-                unsure.0.push(place);
-                unsure
-                    .1
-                    .push((asked[cell] - n.max(0.0)) * share(cell as u32));
+            if *n < in_range[cell] {
+                unsure.push(point, (in_range[cell] - n.max(0.0)) * area_m2);
             }
         }
-        let background: f64 = weights.iter().sum();
-        let squares: f64 = weights.iter().map(|w| w * w).sum();
-        let known = background + novelties.iter().sum::<f64>();
-        let all: f64 = asked
+        let background_m2: f64 = common.areas_m2.iter().sum();
+        let squares: f64 = common.areas_m2.iter().map(|w| w * w).sum();
+        let visible_m2 = background_m2 + segments_m2.iter().sum::<f64>();
+        let in_range_m2: f64 = in_range
             .iter()
             .enumerate()
-            .map(|(cell, n)| n * share(cell as u32))
+            .map(|(cell, n)| n * area_per_point_m2(cell as u32))
             .sum();
         Self {
-            samples: background * background / squares.max(f64::MIN_POSITIVE),
-            places,
-            weights,
+            samples: background_m2 * background_m2 / squares.max(f64::MIN_POSITIVE),
+            common,
             unsure,
             deviating,
-            background,
-            novelties,
-            overlap: known / all.max(f64::MIN_POSITIVE),
+            background_m2,
+            segments_m2,
+            overlap: visible_m2 / in_range_m2.max(f64::MIN_POSITIVE),
         }
     }
 
-    /// Background and novelties, square metres.
-    pub fn total(&self) -> f64 {
-        self.background + self.novelties.iter().sum::<f64>()
+    /// Area of background and segments.
+    pub fn total_m2(&self) -> f64 {
+        self.background_m2 + self.segments_m2.iter().sum::<f64>()
     }
 
-    /// Weights of the reference's components for what is no novelty.
+    /// Weights of the reference's components on the background.
     pub fn background_weights(&self, mixture: &Mixture) -> Result<Vec<f64>, NoveltyError> {
-        let told = refit(
+        let refitted = refit(
             mixture,
-            &self.places,
-            Some(&self.weights),
+            &self.common.points,
+            Some(&self.common.areas_m2),
             Unexplained::Listed(&[]),
             &one_step(),
         )?;
-        let mut weights = told.mixture.weights;
-        weights.truncate(told.frozen);
+        let mut weights = refitted.mixture.weights;
+        weights.truncate(refitted.frozen);
         Ok(weights)
     }
 }
 
-/// For each component, the weight of a doubtful surface of both views.
-pub fn doubtful_weights(
+/// Weight of each component on the `unsure` or `deviating` cells of both views, in shares of each view's own background, so
+/// that it compares with the background weights.
+pub fn uncertain_weights(
     mixture: &Mixture,
-    sides: &[Share; 2],
-    which: impl Fn(&Share) -> &Surface,
+    surfaces: &[VisibleSurface; 2],
+    which: impl Fn(&VisibleSurface) -> &WeightedCells,
 ) -> Result<Vec<f64>, NoveltyError> {
-    let places: Vec<Point3<f64>> = sides.iter().flat_map(|s| which(s).0.clone()).collect();
-    if places.is_empty() {
+    let points: Vec<Point3<f64>> = surfaces
+        .iter()
+        .flat_map(|s| which(s).points.clone())
+        .collect();
+    if points.is_empty() {
         return Ok(vec![0.0; mixture.len()]);
     }
-    // In shares of each side's own background, so that they compare with its weights.
-    let weights: Vec<f64> = sides
+    let weights: Vec<f64> = surfaces
         .iter()
-        .flat_map(|s| which(s).1.iter().map(|w| w / s.background))
+        .flat_map(|s| which(s).areas_m2.iter().map(|area| area / s.background_m2))
         .collect();
     let total: f64 = weights.iter().sum();
-    let told = refit(
+    let refitted = refit(
         mixture,
-        &places,
+        &points,
         Some(&weights),
         Unexplained::Listed(&[]),
         &one_step(),
     )?;
-    Ok(told.mixture.weights[..told.frozen]
+    Ok(refitted.mixture.weights[..refitted.frozen]
         .iter()
         .map(|w| w * total)
         .collect())
 }
 
-/// One M step from the reference's weights: each place is shared out as the reference would. More
-/// steps let overlapping components take weight from one another for no reason of the scene.
+/// One M step from the reference's weights: each cell is shared out as the reference would share it. More steps let
+/// overlapping components take weight from one another for no reason of the scene.
 pub fn one_step() -> RefitSettings {
     RefitSettings {
         em: EmSettings {

@@ -1,63 +1,70 @@
-//! Who pays for d_GMM: mass that is too much here and missing there, and the flows between.
+//! Books the cost of d_GMM: which mass is in surplus, which is missing, and whose flows move it.
 
 use super::NoveltyError;
-use super::quantify::Balance;
-use crate::distance::{Ground, emd};
+use super::quantified_change::QuantifiedChange;
+use crate::distance::{GroundDistance, emd};
 use crate::mixture::{Gaussian, Mixture};
 
-/// Who has mass left and who lacks it once common mass stays where it is. All ground distances are
-/// metrics, so that leaving common mass in place costs nothing and the EMD stays exact.
+/// A novelty: side (0 reference, 1 current) and index.
+type Owner = (usize, usize);
+
+/// Surplus and missing mass once common mass stays in place. That costs nothing and keeps the EMD exact, since all ground
+/// distances are metrics.
 #[derive(Default)]
 pub struct Ledger {
     surplus: Mixture,
-    from: Vec<Option<(usize, usize)>>,
-    lack: Mixture,
-    to: Vec<Option<(usize, usize)>>,
+    surplus_owners: Vec<Option<Owner>>,
+    missing: Mixture,
+    missing_owners: Vec<Option<Owner>>,
 }
 
 impl Ledger {
-    /// Enters a component with its masses in reference and revisit, and the novelty that owns it.
-    pub fn enter(&mut self, g: Gaussian, masses: [f64; 2], owner: Option<(usize, usize)>) {
+    /// Adds a component with its masses in reference and current view, and the novelty that owns it.
+    pub fn add(&mut self, g: Gaussian, masses: [f64; 2], owner: Option<Owner>) {
         let difference = masses[0] - masses[1];
-        // Below rounding of masses that sum to one, nothing moves.
+        // Smaller differences are rounding of masses that sum to one.
         if difference > 1e-12 {
             self.surplus.components.push(g);
             self.surplus.weights.push(difference);
-            self.from.push(owner);
+            self.surplus_owners.push(owner);
         } else if difference < -1e-12 {
-            self.lack.components.push(g);
-            self.lack.weights.push(-difference);
-            self.to.push(owner);
+            self.missing.components.push(g);
+            self.missing.weights.push(-difference);
+            self.missing_owners.push(owner);
         }
     }
 
-    /// Moves what is left the cheapest way and books every flow's cost to the novelties at its ends, or to
-    /// the rest.
+    /// Moves the surplus to where mass is missing at the least cost, and books the cost of every flow to the novelties at its
+    /// ends, or as unexplained.
     ///
     /// # Errors
     /// Ground distances that are not finite.
-    pub fn settle(&self, ground: Ground, balance: &mut Balance) -> Result<(), NoveltyError> {
+    pub fn settle(
+        &self,
+        ground: GroundDistance,
+        change: &mut QuantifiedChange,
+    ) -> Result<(), NoveltyError> {
         let moved: f64 = self.surplus.weights.iter().sum();
-        if moved <= 0.0 || self.lack.is_empty() {
+        if moved <= 0.0 || self.missing.is_empty() {
             return Ok(());
         }
-        let solved = emd(&self.surplus, &self.lack, ground)?;
+        let solved = emd(&self.surplus, &self.missing, ground)?;
         for flow in &solved.plan {
             let cost = moved * flow.mass * flow.distance;
-            balance.d += cost;
-            let owners: Vec<(usize, usize)> = [self.from[flow.from], self.to[flow.to]]
+            change.d += cost;
+            let owners: Vec<Owner> = [self.surplus_owners[flow.from], self.missing_owners[flow.to]]
                 .into_iter()
                 .flatten()
                 .collect();
             if owners.is_empty() {
-                balance.rest += cost;
+                change.unexplained += cost;
             }
             for (side, index) in &owners {
                 let part = cost / owners.len() as f64;
                 if *side == 0 {
-                    balance.disappeared[*index].1 += part;
+                    change.disappeared[*index].contribution += part;
                 } else {
-                    balance.appeared[*index].1 += part;
+                    change.appeared[*index].contribution += part;
                 }
             }
         }

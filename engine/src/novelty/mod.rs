@@ -1,36 +1,38 @@
-//! Takes two views and their mixtures, gives what changed (paper section III.C, Algorithm 1).
+//! Finds what appeared and disappeared between two views (`docs/novelty.md`; paper section III.C, Algorithm 1).
 
 mod algorithm1;
 mod common_surface;
+mod compared_view;
 mod detect;
-mod drawn;
-mod errors;
+mod error;
 mod ledger;
+mod listing;
 mod model;
 mod moved;
 mod noise;
+mod observer;
 mod outline;
 mod prepared;
+mod quantified_change;
 mod quantify;
-mod rim;
+mod reference;
 mod sampling;
 mod segment;
 mod settings;
-mod tell;
+mod surroundings;
 mod verdict;
+mod view_pair;
 mod visibility;
 
-pub use detect::{Detection, Pair, Reference, Stage, detect};
-pub use drawn::Onlooker;
-pub use errors::NoveltyError;
-pub use model::{Kind, Novelty, Verdict};
-pub use noise::Between;
-pub use prepared::Prepared;
-pub use quantify::Balance;
-pub use rim::Rim;
-pub use segment::{Thing, measure, segment};
+pub use detect::{Detection, DetectionStage, detect};
+pub use error::NoveltyError;
+pub use model::{Novelty, NoveltyKind, Segment, Surroundings, Verdict};
+use observer::ObserverView;
+pub use prepared::PreparedView;
+pub use reference::Reference;
+pub use segment::measure;
 pub use settings::{
-    EvidenceSettings, Model, QuantifySettings, SegmentSettings, Segmentation, Settings,
-    VerdictSettings,
+    EvidenceSettings, NoveltySettings, QuantifySettings, RevisitModel, SegmentSettings,
+    Segmentation, VerdictSettings,
 };
-pub use visibility::{Evidence, Judge, Sight};
+pub use visibility::{Evidence, Visibility};

@@ -1,32 +1,42 @@
-//! The words in which a change is told.
+//! Segments, novelties and verdicts.
 
-use super::Rim;
+use crate::geometry::DriftTransform;
 use crate::mixture::{Gaussian, Mixture};
 use nalgebra::Point3;
 
-/// Whether a thing came or went.
+/// Whether an object appeared or disappeared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kind {
-    /// Seen now, and the reference looked through its place.
+pub enum NoveltyKind {
+    /// In the current view, where the reference saw free space.
     Appeared,
-    /// Seen in the reference, and the revisit looked through its place.
+    /// In the reference, where the current view saw free space.
     Disappeared,
 }
 
-/// The three answers to "has this place changed?".
+impl NoveltyKind {
+    /// Name in JSON and in the database.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Appeared => "appeared",
+            Self::Disappeared => "disappeared",
+        }
+    }
+}
+
+/// The three answers to "has this place changed?" (`docs/novelty.md section 9`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Verdict {
-    /// Looked, and nothing changed.
+    /// The place was seen, and d_GMM is below U_th.
     Quiet,
-    /// d_GMM >= U_th (Eq. 7) and at least one novelty is listed.
+    /// d_GMM >= U_th (paper Eq. 7) and at least one novelty is listed.
     Changed,
     /// No honest answer is possible; a reason goes with it.
     NotObserved,
 }
 
 impl Verdict {
-    /// The word that stands in JSON and in the database.
-    pub fn word(self) -> &'static str {
+    /// Name in JSON and in the database.
+    pub fn as_str(self) -> &'static str {
         match self {
             Self::Quiet => "quiet",
             Self::Changed => "changed",
@@ -35,30 +45,83 @@ impl Verdict {
     }
 }
 
-/// One thing that came or went (Pi of Algorithm 1, one connected part of it).
-/// Positions are in the current view's frame.
+/// An object that appeared or disappeared: one connected part of Pi of Algorithm 1. Positions are in the current view's
+/// frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Novelty {
-    /// Came or went.
-    pub kind: Kind,
-    /// Index, in the same list, of the disappeared novelty that this one is the same thing as.
+    /// Whether it appeared or disappeared.
+    pub kind: NoveltyKind,
+    /// Index, in the same list, of the disappeared novelty that is the same object.
     pub moved_from: Option<usize>,
     /// Indices of its points: into the current view if appeared, into the reference if disappeared.
-    pub points: Vec<usize>,
-    /// Those points, metres.
-    pub places: Vec<Point3<f64>>,
-    /// What lies about it: points that may be its own although they prove no change.
-    pub rim: Rim,
+    pub point_indices: Vec<usize>,
+    /// Its points, metres.
+    pub points: Vec<Point3<f64>>,
+    /// Points around it, which may belong to it although they prove no change.
+    pub surroundings: Surroundings,
     /// Mean and covariance of its points.
     pub moments: Gaussian,
-    /// Its Gaussians, for retrieval of its shape (section IV); weights sum to one within it.
+    /// Mixture of its points, for the retrieval of its shape (paper section IV).
     pub mixture: Mixture,
     /// Size of the axis-aligned box around its points, metres.
     pub extent_m: [f64; 3],
-    /// Share of the commonly visible mass that it is.
+    /// Its share of the mass that both views could see.
     pub mass: f64,
-    /// Its part of d_GMM; contributions of all novelties and of the unexplained rest sum to d_GMM.
+    /// Its part of d_GMM, in the unit of d_GMM.
     pub contribution: f64,
-    /// Sum over its points of min(z, 20), z the deviation in sigmas, relative to the beam density.
+    /// See [`Segment::support`].
     pub support: f64,
+}
+
+/// A connected set of deviating points of one view.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// Indices of its points, ascending.
+    pub point_indices: Vec<usize>,
+    /// Sum of min(z, 20) over its points, z the deviation in sigmas, relative to the density of beams
+    /// (`docs/novelty.md section 6`).
+    pub support: f64,
+    /// Angular widths as its own sensor saw it, the smaller first, radians.
+    pub width_rad: [f64; 2],
+    /// Density of the own beams there over their mean density, at least 1: lines of a tilted sensor converge.
+    pub crowding: f64,
+    /// Share of the own beams through its outline that end on it.
+    pub fill: f64,
+}
+
+impl Segment {
+    /// Number of rows of its own points across its shorter side.
+    pub(super) fn own_rows(&self) -> f64 {
+        let [small, large] = self.width_rad;
+        (self.point_indices.len() as f64 * small / large.max(1e-9)).sqrt()
+    }
+
+    /// Its points per steradian of its outline.
+    pub(super) fn own_density_per_sr(&self) -> f64 {
+        let [small, large] = self.width_rad;
+        // An ellipse: the width is sqrt(12) standard deviations, the half axis two.
+        let outline_sr = std::f64::consts::PI * small * large / 3.0;
+        self.point_indices.len() as f64 / outline_sr.max(1e-12)
+    }
+}
+
+/// Points around a segment, metres.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Surroundings {
+    /// Distance from the segment within which own points are included; twice that for those of the other view.
+    pub reach_m: f64,
+    /// Points of the view that shows the segment, which are in no segment.
+    pub own: Vec<Point3<f64>>,
+    /// Points of the other view.
+    pub other: Vec<Point3<f64>>,
+}
+
+impl Surroundings {
+    /// The same in another frame.
+    pub(super) fn transformed(mut self, other_from_this: &DriftTransform) -> Self {
+        for p in self.own.iter_mut().chain(&mut self.other) {
+            *p = other_from_this.apply(p);
+        }
+        self
+    }
 }

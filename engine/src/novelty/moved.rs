@@ -1,23 +1,23 @@
-//! One thing that went here and came there is one thing that moved.
+//! Links a novelty that appeared to the one that disappeared if both are the same object.
 
-use super::{Kind, Novelty};
+use super::{Novelty, NoveltyKind};
 use nalgebra::SymmetricEigen;
 
-/// Two things are alike if neither principal width is more than this many times the other's.
-const WIDTH_RATIO: f64 = 1.5;
-/// The same for the thinnest width, which depends on the side that is seen.
-const DEPTH_RATIO: f64 = 2.5;
+/// Largest ratio of principal widths of the same object.
+const MAX_WIDTH_RATIO: f64 = 1.5;
+/// The same for the smallest width, which depends on the side that is seen.
+const MAX_DEPTH_RATIO: f64 = 2.5;
 
-/// Links each appeared novelty to the disappeared one it is most like, each at most once.
+/// Links each appeared novelty to the most similar disappeared one, each at most once.
 pub fn link(novelties: &mut [Novelty]) {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-    for (a, came) in novelties.iter().enumerate() {
-        for (d, went) in novelties.iter().enumerate() {
-            if came.kind == Kind::Appeared
-                && went.kind == Kind::Disappeared
-                && let Some(unlike) = unlikeness(came, went)
+    for (a, appeared) in novelties.iter().enumerate() {
+        for (d, disappeared) in novelties.iter().enumerate() {
+            if appeared.kind == NoveltyKind::Appeared
+                && disappeared.kind == NoveltyKind::Disappeared
+                && let Some(difference) = dissimilarity(appeared, disappeared)
             {
-                pairs.push((unlike, a, d));
+                pairs.push((difference, a, d));
             }
         }
     }
@@ -32,13 +32,13 @@ pub fn link(novelties: &mut [Novelty]) {
     }
 }
 
-/// Sum of the logarithms of the ratios of widths; `None` where they cannot be one thing.
-fn unlikeness(a: &Novelty, b: &Novelty) -> Option<f64> {
+/// Sum of the logarithms of the ratios of widths; `None` if they cannot be the same object.
+fn dissimilarity(a: &Novelty, b: &Novelty) -> Option<f64> {
     let widths = |n: &Novelty| {
         let mut w: Vec<f64> = SymmetricEigen::new(n.moments.covariance)
             .eigenvalues
             .iter()
-            // A centimetre: below it, widths are noise.
+            // One centimetre: below it, widths are noise.
             .map(|v| v.max(1e-4).sqrt())
             .collect();
         w.sort_unstable_by(f64::total_cmp);
@@ -47,7 +47,13 @@ fn unlikeness(a: &Novelty, b: &Novelty) -> Option<f64> {
     let mut sum = 0.0;
     for (axis, (x, y)) in widths(a).iter().zip(&widths(b)).enumerate() {
         let ratio = (x / y).max(y / x);
-        if ratio > if axis == 0 { DEPTH_RATIO } else { WIDTH_RATIO } {
+        if ratio
+            > if axis == 0 {
+                MAX_DEPTH_RATIO
+            } else {
+                MAX_WIDTH_RATIO
+            }
+        {
             return None;
         }
         sum += ratio.ln();

@@ -1,21 +1,19 @@
-//! How noisy is a view? Read off its flat places where the sensor does not say.
+//! Estimates range noise: of one view, and of the difference between two.
 
 use crate::geometry::{NoiseLaw, Registration, Surfaces};
 use nalgebra::Point3;
 
-/// Points per bin of range; fewer make one bin.
-const PER_BIN: usize = 200;
-/// Most bins of range.
-const BINS: usize = 10;
-/// Cosine of incidence below which heights say little about ranges.
-const STEEP: f64 = 0.5;
-/// Places that the agreement of two views is read from; more change nothing.
-const MOST_SAMPLES: usize = 20_000;
-/// Turns a median absolute deviation into a standard deviation of a normal distribution.
+/// Samples per bin of range, at least; fewer make one bin.
+const SAMPLES_PER_BIN: usize = 200;
+const MAX_BINS: usize = 10;
+/// Cosine of incidence above which the height over a plane measures the range.
+const STEEP_COS: f64 = 0.5;
+/// Samples of the difference between two views; more make no difference.
+const MAX_SAMPLES: usize = 20_000;
+/// Standard deviation over median absolute deviation of a normal distribution.
 const MAD_TO_SIGMA: f64 = 1.4826;
 
-/// The noise law of ranges, from heights of `points` over the flat places they lie on. `None` where
-/// nothing flat is seen.
+/// The noise law of ranges, from heights of `points` over their flat cells. `None` if there are too few.
 pub fn estimate(
     points: &[Point3<f64>],
     origin: &Point3<f64>,
@@ -26,47 +24,47 @@ pub fn estimate(
         .zip(&surfaces.patch_of_point)
         .filter_map(|(p, patch)| {
             let patch = surfaces.patches.get(*patch as usize)?;
-            let view = p - origin;
-            let range_m = view.norm();
-            let steep = patch.normal.dot(&view).abs() / range_m.max(1e-9);
+            let ray = p - origin;
+            let range_m = ray.norm();
+            let incidence_cos = patch.normal.dot(&ray).abs() / range_m.max(1e-9);
             let n = patch.neighbours as f64;
-            // The plane was fitted to the same points: three of them went into it.
-            (patch.flat && steep > STEEP).then(|| {
+            // The plane was fitted to the same points, which costs three degrees of freedom.
+            (patch.flat && incidence_cos > STEEP_COS).then(|| {
                 (
                     range_m,
-                    patch.height_m(p).abs() / steep * (n / (n - 3.0)).sqrt(),
+                    patch.height_m(p).abs() / incidence_cos * (n / (n - 3.0)).sqrt(),
                 )
             })
         })
         .collect();
-    law(&mut samples)
+    fit_law(&mut samples)
 }
 
-/// How well two views agree where they look at the same surfaces.
+/// Noise of the difference between two registered views.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Between {
-    /// Ranges, from surfaces met steeply.
+pub struct CrossViewNoise {
+    /// Of ranges, from surfaces met steeply.
     pub ranges: NoiseLaw,
-    /// Standard deviation of heights over surfaces met at a shallow angle, metres: range noise has
-    /// little part in it, bent scans have.
+    /// Standard deviation of heights over surfaces met at a shallow angle, metres. Range noise contributes little to it,
+    /// bent scans do.
     pub height_m: f64,
 }
 
-/// The noise of the difference between two views, from heights of current places over the
-/// reference's flat places after registration. Places further off than `gate_m` changed.
-pub fn between(
+/// The noise between two views, from heights of current points over the reference's flat cells after registration. Points
+/// more than `gate_m` away have changed. `None` if too few are left.
+pub fn cross_view_noise(
     reference: &Surfaces,
     reference_origin: &Point3<f64>,
     current_points: &[Point3<f64>],
     registration: &Registration,
     gate_m: f64,
-) -> Option<Between> {
-    let back = registration.reference_from_current();
-    let step = current_points.len().div_ceil(MOST_SAMPLES).max(1);
+) -> Option<CrossViewNoise> {
+    let reference_from_current = registration.reference_from_current();
+    let step = current_points.len().div_ceil(MAX_SAMPLES).max(1);
     let mut steep = Vec::new();
     let mut shallow = Vec::new();
     for p in current_points.iter().step_by(step) {
-        let p = back.carry(p);
+        let p = reference_from_current.apply(p);
         let Some(patch) = reference
             .grid
             .nearest(&p, 1.5 * reference.cell_m)
@@ -74,15 +72,15 @@ pub fn between(
         else {
             continue;
         };
-        let view = p - reference_origin;
-        let range_m = view.norm().max(1e-9);
-        let incidence = patch.normal.dot(&view).abs() / range_m;
+        let ray = p - reference_origin;
+        let range_m = ray.norm().max(1e-9);
+        let incidence_cos = patch.normal.dot(&ray).abs() / range_m;
         let height = patch.height_m(&p).abs();
         if !patch.flat || height >= gate_m {
             continue;
         }
-        if incidence > STEEP {
-            steep.push((range_m, height / incidence));
+        if incidence_cos > STEEP_COS {
+            steep.push((range_m, height / incidence_cos));
         } else {
             shallow.push(height);
         }
@@ -93,16 +91,16 @@ pub fn between(
     } else {
         MAD_TO_SIGMA * *shallow.select_nth_unstable_by(middle, f64::total_cmp).1
     };
-    law(&mut steep).map(|ranges| Between { ranges, height_m })
+    fit_law(&mut steep).map(|ranges| CrossViewNoise { ranges, height_m })
 }
 
-/// Fits `a + b r`, neither negative, to robust deviations in bins of equal population.
-fn law(samples: &mut [(f64, f64)]) -> Option<NoiseLaw> {
+/// Fits `a + b r`, neither negative, to robust deviations in bins of equal size.
+fn fit_law(samples: &mut [(f64, f64)]) -> Option<NoiseLaw> {
     if samples.len() < 20 {
         return None;
     }
     samples.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let bins = (samples.len() / PER_BIN).clamp(1, BINS);
+    let bins = (samples.len() / SAMPLES_PER_BIN).clamp(1, MAX_BINS);
     let size = samples.len().div_ceil(bins);
     let medians: Vec<(f64, f64)> = samples
         .chunks(size)
@@ -142,7 +140,7 @@ mod tests {
     use rand_distr::{Distribution, Normal};
 
     #[test]
-    fn the_law_behind_two_noisy_walls_is_read_off() {
+    fn the_noise_law_of_two_noisy_walls_is_estimated() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
         let unit = Normal::new(0.0, 1.0).expect("a normal distribution");
         let mut points = Vec::new();
@@ -159,7 +157,7 @@ mod tests {
                 points.push(Point3::from(d * r));
             }
         }
-        let surfaces = Surfaces::of(&points, &Point3::origin(), 0.01, 0.0, 0.06);
+        let surfaces = Surfaces::fit(&points, &Point3::origin(), 0.01, 0.0, 0.06);
         let law = estimate(&points, &Point3::origin(), &surfaces).expect("walls are flat");
         assert!((law.sigma_m(1.6) - 0.0082).abs() < 0.0016, "{law:?}");
         assert!((law.sigma_m(6.5) - 0.018).abs() < 0.003, "{law:?}");

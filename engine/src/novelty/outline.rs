@@ -1,9 +1,9 @@
-//! The outline of a thing as a sensor sees it: an ellipse of directions with the moments of those that meet it.
+//! Outline of a segment as a sensor sees it: the ellipse with the moments of its directions.
 
 use nalgebra::{Matrix2, SymmetricEigen, Vector2, Vector3};
 
-/// An even spread over an ellipse reaches two standard deviations to each side.
-const REACH_SIGMAS: f64 = 2.0;
+/// A uniform distribution over an ellipse extends two standard deviations to each side.
+const HALF_AXIS_SIGMAS: f64 = 2.0;
 
 /// An ellipse of directions.
 #[derive(Debug, Clone, Copy)]
@@ -18,8 +18,8 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Of unit `directions`, at least one.
-    pub fn of(directions: &[Vector3<f64>]) -> Self {
+    /// `directions` are unit vectors, at least one.
+    pub fn new(directions: &[Vector3<f64>]) -> Self {
         let n = directions.len() as f64;
         let axis = directions
             .iter()
@@ -56,8 +56,8 @@ impl Outline {
         }
     }
 
-    /// Angular widths of an even spread with these moments, the smaller first, radians: one of width w has the standard
-    /// deviation w / sqrt(12).
+    /// Angular widths, the smaller first, radians: those of a uniform strip, whose standard deviation is its width over
+    /// sqrt(12).
     pub fn widths_rad(&self) -> [f64; 2] {
         self.variances.map(|v| (12.0 * v).sqrt())
     }
@@ -65,17 +65,16 @@ impl Outline {
     /// Solid angle of the ellipse, steradians.
     pub fn solid_angle_sr(&self) -> f64 {
         let [small, large] = self.variances;
-        std::f64::consts::PI * REACH_SIGMAS * REACH_SIGMAS * (small * large).sqrt()
+        std::f64::consts::PI * HALF_AXIS_SIGMAS * HALF_AXIS_SIGMAS * (small * large).sqrt()
     }
 
     /// Whether the unit direction `d` lies inside.
-    pub fn holds(&self, d: &Vector3<f64>) -> bool {
+    pub fn contains(&self, d: &Vector3<f64>) -> bool {
         let off = Vector2::new(d.dot(&self.across), d.dot(&self.up)) - self.middle;
         d.dot(&self.axis) > 0.0
-            && self
-                .covariance
-                .try_inverse()
-                .is_some_and(|inverse| off.dot(&(inverse * off)) <= REACH_SIGMAS * REACH_SIGMAS)
+            && self.covariance.try_inverse().is_some_and(|inverse| {
+                off.dot(&(inverse * off)) <= HALF_AXIS_SIGMAS * HALF_AXIS_SIGMAS
+            })
     }
 }
 
@@ -84,7 +83,7 @@ mod tests {
     use super::Outline;
     use nalgebra::Vector3;
 
-    /// Directions over an ellipse of half axes `a` across and `b` up (small angles), turned up by `tilt`.
+    /// Directions over an ellipse of half axes `a` across and `b` up (small angles), tilted up by `tilt`.
     fn ellipse(a: f64, b: f64, tilt: f64) -> Vec<Vector3<f64>> {
         let mut inside = Vec::new();
         for i in -40..=40 {
@@ -107,30 +106,30 @@ mod tests {
     #[test]
     fn an_ellipse_is_its_own_outline() {
         for tilt in [0.0, 0.7, 1.5] {
-            let outline = Outline::of(&ellipse(0.05, 0.02, tilt));
+            let outline = Outline::new(&ellipse(0.05, 0.02, tilt));
             let area = std::f64::consts::PI * 0.05 * 0.02;
             assert!((outline.solid_angle_sr() / area - 1.0).abs() < 0.01);
             let [small, large] = outline.widths_rad();
-            // The square root of 12 over that of 4.
+            // sqrt(12) / 2.
             assert!((small / (0.02 * 3.0_f64.sqrt()) - 1.0).abs() < 0.01);
             assert!((large / (0.05 * 3.0_f64.sqrt()) - 1.0).abs() < 0.01);
             let inside = ellipse(0.049, 0.0196, tilt);
-            assert!(inside.iter().all(|d| outline.holds(d)));
-            let outside = |d: &&Vector3<f64>| !outline.holds(d);
+            assert!(inside.iter().all(|d| outline.contains(d)));
+            let outside = |d: &&Vector3<f64>| !outline.contains(d);
             let around = ellipse(0.1, 0.04, tilt);
             let share = around.iter().filter(outside).count() as f64 / around.len() as f64;
             assert!((share - 0.75).abs() < 0.02, "{share}");
-            assert!(!outline.holds(&-inside[0]));
+            assert!(!outline.contains(&-inside[0]));
         }
     }
 
     #[test]
-    fn a_line_of_directions_holds_nothing() {
+    fn the_outline_of_a_line_contains_nothing() {
         let line: Vec<_> = (0..9)
             .map(|k| Vector3::new(1.0, 0.01 * f64::from(k), 0.0).normalize())
             .collect();
-        let outline = Outline::of(&line);
+        let outline = Outline::new(&line);
         assert!(outline.solid_angle_sr() < 1e-6);
-        assert!(!outline.holds(&Vector3::new(1.0, 0.04, 0.01).normalize()));
+        assert!(!outline.contains(&Vector3::new(1.0, 0.04, 0.01).normalize()));
     }
 }

@@ -1,64 +1,72 @@
-//! A view made ready to be compared: its rays indexed, its surfaces and its noise known.
+//! A view prepared for comparison: rays, surfaces and noise (`docs/novelty.md section 2`).
 
 use super::{EvidenceSettings, NoveltyError, noise};
-use crate::geometry::{Fan, NoiseLaw, Rays, Surfaces, View};
+use crate::geometry::{NoiseLaw, RayIndex, RaySet, Surfaces, View};
+use crate::mixture::SplitSettings;
 
-/// Fewest points with which a view says anything.
-const FEWEST_POINTS: usize = 20;
+const MIN_POINTS: usize = 20;
 
-/// A view with everything that is asked of it.
+/// A view with its rays, surfaces and noise.
 #[derive(Debug, Clone)]
-pub struct Prepared {
+pub struct PreparedView {
     /// The view itself.
     pub view: View,
-    /// Where it looked.
-    pub rays: Rays,
+    /// Its rays, indexed by direction.
+    pub rays: RayIndex,
     /// The surfaces it saw.
     pub surfaces: Surfaces,
-    /// How noisy its ranges are: stated by the sensor, or read off its flat places.
+    /// Noise of its ranges: stated by the sensor, or estimated from flat cells.
     pub noise: NoiseLaw,
     /// Median of its ranges, metres.
-    pub middle_range_m: f64,
+    pub median_range_m: f64,
 }
 
-impl Prepared {
-    /// Indexes `view`; `which` names it in errors.
+impl PreparedView {
+    /// Prepares `view`; `name` is for errors.
     ///
     /// # Errors
     /// Fewer than 20 points, or a coordinate that is not finite.
-    pub fn of(
+    pub fn new(
         view: &View,
-        which: &'static str,
+        name: &'static str,
         settings: &EvidenceSettings,
     ) -> Result<Self, NoveltyError> {
         let got = view.points.len();
-        if got < FEWEST_POINTS {
+        if got < MIN_POINTS {
             return Err(NoveltyError::TooFewPoints {
-                which,
+                name,
                 got,
-                expected: FEWEST_POINTS,
+                expected: MIN_POINTS,
             });
         }
         let finite = |v: &[f64]| v.iter().all(|c| c.is_finite());
-        if let Some(at) = view
+        if let Some(index) = view
             .points
             .iter()
             .position(|p| !finite(p.coords.as_slice()))
         {
-            return Err(NoveltyError::NotFinite { which, at });
+            return Err(NoveltyError::NotFinite { name, index });
         }
-        let fan = Fan::of(view);
-        let (spacing_rad, scatter) = (fan.spacing_rad, fan.scatter);
-        let middle_range_m = fan.middle_range_m;
-        // Neither finer than rows nor cut across by the noise of a wall.
-        let cell_m = (0.5 * spacing_rad * middle_range_m)
-            .max(settings.cell_sigmas * scatter * middle_range_m)
-            .clamp(settings.least_cell_m, settings.most_cell_m);
+        let ray_set = RaySet::from_view(view);
+        let (spacing_rad, relative_noise) = (ray_set.spacing_rad, ray_set.relative_noise);
+        let median_range_m = ray_set.median_range_m;
+        // Not finer than the rows, and not thinner than the noise of a wall.
+        let cell_m = (0.5 * spacing_rad * median_range_m)
+            .max(settings.cell_sigmas * relative_noise * median_range_m)
+            .clamp(settings.min_cell_m, settings.max_cell_m);
         let (rays, surfaces) = rayon::join(
-            || Rays::of(fan),
-            || Surfaces::of(&view.points, &view.origin, spacing_rad, scatter, cell_m),
+            || RayIndex::new(ray_set),
+            || {
+                Surfaces::fit(
+                    &view.points,
+                    &view.origin,
+                    spacing_rad,
+                    relative_noise,
+                    cell_m,
+                )
+            },
         );
-        let floor = settings.least_noise;
+        let floor = settings.noise_floor;
         let found = view
             .noise
             .or_else(|| noise::estimate(&view.points, &view.origin, &surfaces))
@@ -72,7 +80,16 @@ impl Prepared {
             rays,
             surfaces,
             noise,
-            middle_range_m,
+            median_range_m,
         })
+    }
+
+    /// How finely its surfaces are split into components.
+    pub(super) fn split_settings(&self) -> SplitSettings {
+        let range_m = self.median_range_m;
+        SplitSettings::for_data(
+            self.noise.sigma_m(range_m),
+            (self.rays.spacing_rad * range_m).max(self.surfaces.cell_m),
+        )
     }
 }

@@ -1,38 +1,40 @@
-//! Weights of one scene, seen twice, differ: when is that more than the sampling?
+//! Decides which differences of weights sampling alone explains (`docs/novelty.md section 7`).
 
 use super::QuantifySettings;
 
-/// Where two weights of a component differ by no more than two samples of one and the same weight
-/// would, both take their common value. The scatter of samples is measured on the components
-/// themselves (its median; neighbouring cells are not independent), so that no threshold of size enters. `unsure` is
-/// surface that one view or the other did not surely see: visible weights may differ by that much. No difference is
-/// larger than the surface of the component that deviates: all else was seen in its place by both views.
+/// Sets the two weights of a component to their common value where they differ by no more than two samples of one weight
+/// would. The scatter of samples is measured on the components themselves (its median; neighbouring cells are not
+/// independent), so no threshold of size enters.
+///
+/// `unsure` is surface that one view or the other did not surely see: weights may differ by that much. `deviating` limits a
+/// difference to the surface of the component that deviates: all else was seen in its place by both views. `samples` is the
+/// number of samples of each side.
 pub fn explained_by_sampling(
     weights: [Vec<f64>; 2],
     unsure: &[f64],
     deviating: &[f64],
-    masses: [f64; 2],
+    samples: [f64; 2],
     settings: &QuantifySettings,
 ) -> [Vec<f64>; 2] {
-    let [mut then, mut now] = weights;
-    let pooled: Vec<f64> = then
+    let [mut reference, mut current] = weights;
+    let pooled: Vec<f64> = reference
         .iter()
-        .zip(&now)
-        .map(|(a, b)| (a * masses[0] + b * masses[1]) / (masses[0] + masses[1]))
+        .zip(&current)
+        .map(|(a, b)| (a * samples[0] + b * samples[1]) / (samples[0] + samples[1]))
         .collect();
-    let square: Vec<f64> = (0..then.len())
+    let statistic: Vec<f64> = (0..reference.len())
         .map(|k| {
-            let variance = pooled[k] * (1.0 / masses[0] + 1.0 / masses[1]);
+            let variance = pooled[k] * (1.0 / samples[0] + 1.0 / samples[1]);
             // Less than one cell is no sample.
-            if pooled[k] * masses[0].min(masses[1]) < 1.0 {
+            if pooled[k] * samples[0].min(samples[1]) < 1.0 {
                 0.0
             } else {
-                let beyond = (then[k] - now[k]).abs() - unsure[k];
-                beyond.max(0.0).powi(2) / variance
+                let excess = (reference[k] - current[k]).abs() - unsure[k];
+                excess.max(0.0).powi(2) / variance
             }
         })
         .collect();
-    let mut sorted: Vec<f64> = square.iter().copied().filter(|s| *s > 0.0).collect();
+    let mut sorted: Vec<f64> = statistic.iter().copied().filter(|s| *s > 0.0).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     // The median of chi-squared with one degree of freedom is 0.455.
     let scatter = sorted
@@ -40,33 +42,33 @@ pub fn explained_by_sampling(
         .map_or(1.0, |m| m / 0.455)
         .max(1.0);
     let limit = settings.weight_sigmas.powi(2) * scatter;
-    let mut excess = [0.0; 2];
+    let mut remaining = [0.0; 2];
     let mut common = 0.0;
     for k in 0..pooled.len() {
-        let difference = (then[k] - now[k]).abs();
-        if square[k] > limit && deviating[k] < difference {
-            let believed = deviating[k] / difference;
-            then[k] = pooled[k] + believed * (then[k] - pooled[k]);
-            now[k] = pooled[k] + believed * (now[k] - pooled[k]);
+        let difference = (reference[k] - current[k]).abs();
+        if statistic[k] > limit && deviating[k] < difference {
+            let kept = deviating[k] / difference;
+            reference[k] = pooled[k] + kept * (reference[k] - pooled[k]);
+            current[k] = pooled[k] + kept * (current[k] - pooled[k]);
         }
-        if square[k] <= limit {
-            then[k] = pooled[k];
-            now[k] = pooled[k];
+        if statistic[k] <= limit {
+            reference[k] = pooled[k];
+            current[k] = pooled[k];
             common += pooled[k];
         } else {
-            excess[0] += then[k];
-            excess[1] += now[k];
+            remaining[0] += reference[k];
+            remaining[1] += current[k];
         }
     }
-    for (side, weights) in [&mut then, &mut now].into_iter().enumerate() {
-        let left = 1.0 - excess[side];
-        for (weight, s) in weights.iter_mut().zip(&square) {
+    for (side, weights) in [&mut reference, &mut current].into_iter().enumerate() {
+        let left = 1.0 - remaining[side];
+        for (weight, s) in weights.iter_mut().zip(&statistic) {
             if *s <= limit && common > 0.0 {
                 *weight *= left / common;
             }
         }
     }
-    [then, now]
+    [reference, current]
 }
 
 #[cfg(test)]
@@ -76,7 +78,7 @@ mod tests {
     use rand_distr::{Binomial, Distribution};
 
     #[test]
-    fn samples_of_one_mixture_count_as_equal_and_a_real_change_does_not() {
+    fn samples_of_one_mixture_become_equal_and_a_real_change_stays() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
         let n = 20_000.0;
         let coin = Binomial::new(20_000, 0.01).expect("a share");
@@ -87,29 +89,39 @@ mod tests {
         };
         let (a, mut b) = (sample(), sample());
         let settings = QuantifySettings::default();
-        let [then, now] = explained_by_sampling(
+        let [reference, current] = explained_by_sampling(
             [a.clone(), b.clone()],
             &[0.0; 100],
             &[1.0; 100],
             [n, n],
             &settings,
         );
-        assert!(then.iter().zip(&now).all(|(t, n)| (t - n).abs() < 1e-15));
+        assert!(
+            reference
+                .iter()
+                .zip(&current)
+                .all(|(a, b)| (a - b).abs() < 1e-15)
+        );
         b[7] *= 2.0;
         let sum: f64 = b.iter().sum();
         b.iter_mut().for_each(|w| *w /= sum);
-        let [then, now] = explained_by_sampling(
+        let [reference, current] = explained_by_sampling(
             [a.clone(), b.clone()],
             &[0.0; 100],
             &[1.0; 100],
             [n, n],
             &settings,
         );
-        assert!(now[7] > 1.8 * then[7]);
-        assert!((now.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        // Nothing deviates: whatever it is, it is no change of the scene.
-        let [then, now] =
+        assert!(current[7] > 1.8 * reference[7]);
+        assert!((current.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        // Nothing deviates, so it is no change of the scene.
+        let [reference, current] =
             explained_by_sampling([a, b], &[0.0; 100], &[0.0; 100], [n, n], &settings);
-        assert!(then.iter().zip(&now).all(|(t, n)| (t - n).abs() < 1e-6));
+        assert!(
+            reference
+                .iter()
+                .zip(&current)
+                .all(|(a, b)| (a - b).abs() < 1e-6)
+        );
     }
 }

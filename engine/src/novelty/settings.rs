@@ -1,120 +1,119 @@
-//! Every constant that decides about novelties, with its unit and where it comes from.
+//! Settings and constants of the detection: unit and origin of each.
 
-use crate::distance::Ground;
+use crate::distance::GroundDistance;
 use crate::geometry::{NoiseLaw, RegistrationSettings};
 
-/// What the engine is asked to do. The defaults are the standard engine's.
+/// Settings of a detection. The defaults are those of the engine `standard`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Distance in metres from which a place counts as changed (U_th of Eq. 7). Quiet pairs lie at zero but for weights
-    /// that sampling does not explain (66 of 66 simulated ones at zero; `tests/gates.rs`); the smallest thing that passes
-    /// the gates of [`SegmentSettings`], some 1e-3 sr in a view of 5 sr, moves 2e-4 of the mass by metres.
+pub struct NoveltySettings {
+    /// d_GMM from which a place has changed, metres (U_th of paper Eq. 7). Quiet pairs are at zero (66 of 66 simulated ones,
+    /// `cargo test --test gates`); the smallest object that passes the gates of [`SegmentSettings`], some 1e-3 sr in a
+    /// view of 5 sr, moves 2e-4 of the mass by metres (`docs/novelty.md section 8`).
     pub u_th_m: f64,
-    /// The same for [`Ground::Fm`], which is no length.
+    /// The same for [`GroundDistance::Fm`], which has no unit.
     pub u_th_fm: f64,
-    /// How changes are found.
+    /// Where changes are found.
     pub segmentation: Segmentation,
-    /// What the revisit's mixture starts from, where changes are found in mixtures.
-    pub model: Model,
-    /// Points further from either sensor than this become neither novelty nor mass, metres. What stands before them was
-    /// looked through all the same.
+    /// How mixtures are fitted.
+    pub model: RevisitModel,
+    /// Points further than this from either sensor are neither novelty nor mass, metres. Their rays still prove free space.
     pub max_range_m: Option<f64>,
-    /// How the views are brought together.
+    /// Registration of the views.
     pub registration: RegistrationSettings,
-    /// What counts as the same place, and what as noise.
+    /// Visibility and noise.
     pub evidence: EvidenceSettings,
-    /// How deviating points become things.
+    /// Segmentation of deviating points.
     pub segment: SegmentSettings,
-    /// How d_GMM is taken.
+    /// Computation of d_GMM.
     pub quantify: QuantifySettings,
-    /// When nothing can be said.
+    /// Conditions of the verdict.
     pub verdict: VerdictSettings,
 }
 
-/// Where changes are looked for.
+/// Where changes are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Segmentation {
-    /// In points and rays: what the other view looked through.
+    /// In points and rays: points in free space of the other view.
     Evidence,
-    /// In the mixtures: Algorithm 1 as the paper has it.
+    /// In the mixtures: Algorithm 1 of the paper.
     Mixture,
 }
 
-/// What the revisit's mixture starts from.
+/// How mixtures are fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Model {
-    /// The reference's components, frozen; new ones where points stay unexplained.
+pub enum RevisitModel {
+    /// The reference is split until flat; the current view is fitted from its frozen components, with new ones where points
+    /// are unexplained.
     Refit,
-    /// Nothing: both views are fitted alone, with as many components (at most `most`) as the
-    /// Bayesian information criterion asks for.
+    /// Both views are fitted alone; the Bayesian information criterion chooses the number of components.
     Independent {
         /// Most components tried.
-        most: usize,
+        max_components: usize,
     },
 }
 
-impl Settings {
-    /// U_th in the unit of the ground distance in force.
+impl NoveltySettings {
+    /// U_th in the unit of the ground distance.
     pub fn u_th(&self) -> f64 {
         match self.quantify.ground {
-            Ground::W2 | Ground::Euclid => self.u_th_m,
-            Ground::Fm => self.u_th_fm,
+            GroundDistance::W2 | GroundDistance::Euclid => self.u_th_m,
+            GroundDistance::Fm => self.u_th_fm,
         }
     }
 }
 
-/// How d_GMM is taken.
+/// Settings of d_GMM.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QuantifySettings {
-    /// Ground distance of Eq. 5.
-    pub ground: Ground,
-    /// Weights that differ by fewer standard deviations of sampling are equal: 1 in 2 million
-    /// components by chance.
+    /// Ground distance of paper Eq. 5.
+    pub ground: GroundDistance,
+    /// Weights that differ by fewer standard deviations of sampling are equal: by chance, 1 in 2 million components differs
+    /// by more.
     pub weight_sigmas: f64,
 }
 
 impl Default for QuantifySettings {
     fn default() -> Self {
         Self {
-            ground: Ground::W2,
+            ground: GroundDistance::W2,
             weight_sigmas: 5.0,
         }
     }
 }
 
-/// When nothing can be said.
+/// Beyond which limits no answer is possible.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VerdictSettings {
-    /// A correction beyond this is not a robot that stopped at its waypoint, metres.
-    pub most_shift_m: f64,
-    /// The same for turns, radians.
-    pub most_turn_rad: f64,
-    /// Ratio of the distance between common surfaces to the views' own noise beyond which the
-    /// registration or one of the scans is bent. 66 simulated quiet pairs with up to twice the sensor's noise lie at
-    /// 0.45-0.97 of what a sweep states (`tests/gates.rs`).
-    pub most_disagreement: f64,
+    /// Largest translation of the registration, metres: beyond it the robot is not at its waypoint.
+    pub max_shift_m: f64,
+    /// The same for the rotation, radians.
+    pub max_rotation_rad: f64,
+    /// Largest ratio of the noise between the views to their own noise: beyond it the registration or one of the scans is
+    /// bent. 66 simulated quiet pairs with up to twice the sensor's noise are at 0.45-0.97 of what a sweep states (`cargo
+    /// test --test gates`).
+    pub max_disagreement: f64,
     /// Least share of either view's surface that the other could see.
-    pub least_overlap: f64,
+    pub min_overlap: f64,
 }
 
 impl Default for VerdictSettings {
     fn default() -> Self {
         Self {
-            most_shift_m: 1.0,
-            most_turn_rad: 0.5,
-            most_disagreement: 1.7,
-            least_overlap: 0.25,
+            max_shift_m: 1.0,
+            max_rotation_rad: 0.5,
+            max_disagreement: 1.7,
+            min_overlap: 0.25,
         }
     }
 }
 
-impl Default for Settings {
+impl Default for NoveltySettings {
     fn default() -> Self {
         Self {
             u_th_m: 5e-4,
             u_th_fm: 2e-3,
             segmentation: Segmentation::Evidence,
-            model: Model::Refit,
+            model: RevisitModel::Refit,
             max_range_m: None,
             registration: RegistrationSettings::default(),
             evidence: EvidenceSettings::default(),
@@ -125,116 +124,114 @@ impl Default for Settings {
     }
 }
 
-/// When a point deviates from what the other view saw.
+/// Settings of visibility and noise (`docs/novelty.md sections 2 and 5`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct EvidenceSettings {
-    /// Smallest edge of the thinning cells, metres (design section 5: 5-8 cm for modelling).
-    pub least_cell_m: f64,
-    /// Largest edge of the thinning cells, metres: still smaller than the things looked for.
-    pub most_cell_m: f64,
-    /// Thinning cells are this many standard deviations of a middle range wide, at least.
+    /// Smallest edge of the thinning cells, metres. A judgement: finer cells than a few centimetres hold single points.
+    pub min_cell_m: f64,
+    /// Largest edge of the thinning cells, metres: smaller than the objects looked for.
+    pub max_cell_m: f64,
+    /// Least edge of the thinning cells in standard deviations of the noise at the median range.
     pub cell_sigmas: f64,
-    /// Surfaces this many sigmas apart count as the same in the end of the registration.
+    /// Last gate of the registration in standard deviations of the noise of both views.
     pub gate_sigmas: f64,
-    /// The same at least, metres: surfaces bend by that much within a cell.
-    pub least_gate_m: f64,
-    /// Smallest noise believed, whatever the data say: quantisation and bent surfaces remain.
-    pub least_noise: NoiseLaw,
-    /// Deviations beyond this many sigmas weigh no more (design section 5).
-    pub most_sigmas: f64,
-    /// Cosine of incidence below which a plane says nothing about the range along a ray.
-    pub least_incidence: f64,
-    /// Cosine of incidence below which a surface need not give anything back: that nothing came proves nothing. Twice
-    /// where the simulated sensor begins to lose targets.
-    pub grazing: f64,
-    /// Share of the reach up to which a direction without return proves free space: beyond it surfaces come and go with
-    /// some centimetres of range. A judgement.
-    pub hole_reach: f64,
-    /// A direction so many row spacings inside the bounds of a bare cloud's field was looked at,
+    /// Least last gate of the registration, metres: surfaces bend by that much within a cell.
+    pub min_gate_m: f64,
+    /// Least noise of a view: quantisation and bent surfaces remain.
+    pub noise_floor: NoiseLaw,
+    /// Cap of a deviation in sigmas (`docs/novelty.md section 5`).
+    pub max_sigmas: f64,
+    /// Cosine of incidence below which a plane does not determine the range along a ray.
+    pub min_incidence_cos: f64,
+    /// Cosine of incidence below which a surface may give no return, so that none proves nothing. Twice the value at which
+    /// the simulated sensor begins to lose targets.
+    pub grazing_cos: f64,
+    /// Share of the reach up to which a direction without return proves free space: beyond, surfaces come and go with some
+    /// centimetres of range. A judgement.
+    pub no_return_reach_share: f64,
+    /// A direction is inside the field of view of a bare cloud if it is this many row spacings inside its bounds,
     pub field_margin_spacings: f64,
-    /// if it is also inside by what this much looks like from there, metres: a tilted sensor's eye moves about its axis,
-    /// and a cloud names one place for it.
-    pub eye_wanders_m: f64,
-    /// Sensors nearer to one another than this, each in its own view's frame, have one field, metres: poses at a waypoint
-    /// differ by some centimetres.
-    pub same_stand_m: f64,
-    /// A hole is a direction without any ray nearer than this many row spacings.
+    /// plus the angle of this length at the range of the point, metres: the origin of a tilting sensor moves, and a cloud
+    /// states one.
+    pub origin_error_m: f64,
+    /// Fields of view are joined if the sensor origins, each in its own view's frame, are closer than this, metres: poses at
+    /// a waypoint differ by some centimetres.
+    pub same_origin_within_m: f64,
+    /// A direction without any ray within this many row spacings is a hole.
     pub hole_spacings: f64,
 }
 
 impl Default for EvidenceSettings {
     fn default() -> Self {
         Self {
-            least_cell_m: 0.05,
-            most_cell_m: 0.2,
+            min_cell_m: 0.05,
+            max_cell_m: 0.2,
             cell_sigmas: 1.0,
             gate_sigmas: 3.0,
-            least_gate_m: 0.02,
-            least_noise: NoiseLaw {
+            min_gate_m: 0.02,
+            noise_floor: NoiseLaw {
                 at_zero_m: 0.003,
                 per_m: 0.0005,
             },
-            most_sigmas: 20.0,
-            least_incidence: 0.05,
-            grazing: 0.16,
-            hole_reach: 0.9,
+            max_sigmas: 20.0,
+            min_incidence_cos: 0.05,
+            grazing_cos: 0.16,
+            no_return_reach_share: 0.9,
             field_margin_spacings: 2.0,
-            eye_wanders_m: 0.1,
-            same_stand_m: 0.3,
+            origin_error_m: 0.1,
+            same_origin_within_m: 0.3,
             hole_spacings: 1.2,
         }
     }
 }
 
-/// How deviating points become things.
+/// Settings of the segmentation (`docs/novelty.md section 6`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct SegmentSettings {
-    /// A point this many sigmas off starts a thing (design section 5).
+    /// Deviation of a seed, sigmas.
     pub seed_sigmas: f64,
-    /// A point this many sigmas off joins a thing nearby (design section 5).
+    /// Deviation of a point that seeds grow to, sigmas.
     pub grow_sigmas: f64,
-    /// How near is nearby, metres (design section 5).
-    pub grow_within_m: f64,
-    /// Parts of one thing lie no further apart, metres (design section 5).
-    pub link_m: f64,
-    /// Both distances reach at least this many row spacings at the point's range.
+    /// Distance over which seeds grow, metres.
+    pub grow_distance_m: f64,
+    /// Points within this distance are one segment, metres.
+    pub link_distance_m: f64,
+    /// Both distances are at least this many row spacings at the point's range.
     pub link_spacings: f64,
     /// Least support of a listed novelty: the sum over its points of min(z, 20), relative to
-    /// [`Self::support_density_per_sr`] (design section 5: 0 of 150 quiet sweeps reached it; of 66 simulated quiet pairs the
-    /// most is 57, `tests/gates.rs`).
-    pub least_support: f64,
-    /// The same for a compact thing: at least [`Self::compact_width_spacings`] rows wide and [`Self::compact_fill`] full.
-    /// Noise strings points along edges: the same 66 pairs have no such thing at all.
-    pub compact_support: f64,
-    /// Least width of a compact thing, in row spacings.
-    pub compact_width_spacings: f64,
-    /// Least fill of a compact thing.
-    pub compact_fill: f64,
-    /// Beam density that supports are told for: 683 x 120 beams over 240 x 78 deg (design section 5).
+    /// [`Self::support_density_per_sr`]. None of 150 quiet sweeps of a prototype reached it; 66 simulated quiet pairs reach
+    /// 57 (`cargo test --test gates`).
+    pub min_support: f64,
+    /// The same for a compact segment: [`Self::compact_min_width_spacings`] wide and [`Self::compact_min_fill`] full. Noise is
+    /// strung along edges: the same 66 pairs have no compact segment.
+    pub compact_min_support: f64,
+    /// Least width of a compact segment, in row spacings.
+    pub compact_min_width_spacings: f64,
+    /// Least fill of a compact segment.
+    pub compact_min_fill: f64,
+    /// Beam density to which supports are scaled: 683 x 120 beams over 240 x 78 deg.
     pub support_density_per_sr: f64,
-    /// Fewest points of a thing: fewer fix neither extent nor covariance.
-    pub least_points: usize,
-    /// Angular width of a thing across its longer side, in row spacings, from which it is judged by
-    /// [`Self::least_support`]: three rows.
-    pub least_width_spacings: f64,
-    /// Least width of all: two rows, of which chance and mixed pixels along an edge are capable.
-    pub thin_width_spacings: f64,
-    /// Least support of a thing that thin: four times that of a wide one. Quiet simulated sweeps reach 72 (98 % of 66
-    /// pairs: 65; wider things 57; `tests/gates.rs`) and would do with less; the value stands on a recorded quiet pair that a smaller one
-    /// did not leave quiet (`tests/novelty_recorded.rs`).
-    pub thin_support: f64,
-    /// Least share of the beams through a thing's outline that hit it.
-    pub least_fill: f64,
-    /// Support from which a thing as wide as a compact one may be less full: a plant, a chair, a rack. Less full things of
-    /// the same 66 pairs reach 31.
-    pub sparse_support: f64,
-    /// Least fill of such a thing.
-    pub sparse_fill: f64,
-    /// A thing drew its beams if so many times more of them end on it than the pattern around has: even where lines
-    /// converge a pattern is level to a factor of two within 2.5 rows. It is judged by its own rows, not the other view's.
-    pub drawn_fill: f64,
-    /// And at least so many times more than the other view has within its outline.
-    pub drawn_surplus: f64,
+    /// Least number of points of a segment: fewer determine neither extent nor covariance.
+    pub min_points: usize,
+    /// Width of a segment across its longer side, in row spacings, from which [`Self::min_support`] applies: three rows.
+    pub min_width_spacings: f64,
+    /// Least width of any segment, in row spacings: two rows, which noise and mixed pixels along an edge can reach.
+    pub thin_min_width_spacings: f64,
+    /// Least support of a segment thinner than [`Self::min_width_spacings`]. The 66 quiet pairs reach 72 (98 % of them 65);
+    /// a recorded quiet pair needs more (`cargo test --test novelty_recorded`).
+    pub thin_min_support: f64,
+    /// Least share of the beams through the outline of a segment that end on it.
+    pub min_fill: f64,
+    /// Least support of a segment as wide as a compact one but less full: a plant, a chair, a rack. The 66 quiet pairs reach
+    /// 31.
+    pub sparse_min_support: f64,
+    /// Least fill of such a segment.
+    pub sparse_min_fill: f64,
+    /// Least ratio of the density of own beams on an oversampled segment to that of the pattern around it, which varies by less
+    /// than a factor of two within 2.5 rows, even where lines converge. Its width is measured in its own rows.
+    pub oversampled_fill: f64,
+    /// Least ratio of own beams on it to beams of the other view within its outline, each relative to its mean density.
+    pub oversampled_surplus: f64,
 }
 
 impl Default for SegmentSettings {
@@ -242,23 +239,23 @@ impl Default for SegmentSettings {
         Self {
             seed_sigmas: 5.0,
             grow_sigmas: 2.5,
-            grow_within_m: 0.15,
-            link_m: 0.16,
+            grow_distance_m: 0.15,
+            link_distance_m: 0.16,
             link_spacings: 2.2,
-            least_support: 300.0,
-            compact_support: 150.0,
-            compact_width_spacings: 3.0,
-            compact_fill: 0.5,
+            min_support: 300.0,
+            compact_min_support: 150.0,
+            compact_min_width_spacings: 3.0,
+            compact_min_fill: 0.5,
             support_density_per_sr: 15_550.0,
-            least_points: 8,
-            least_width_spacings: 1.7,
-            thin_width_spacings: 0.7,
-            thin_support: 1200.0,
-            least_fill: 0.3,
-            sparse_support: 600.0,
-            sparse_fill: 0.1,
-            drawn_fill: 3.0,
-            drawn_surplus: 2.0,
+            min_points: 8,
+            min_width_spacings: 1.7,
+            thin_min_width_spacings: 0.7,
+            thin_min_support: 1200.0,
+            min_fill: 0.3,
+            sparse_min_support: 600.0,
+            sparse_min_fill: 0.1,
+            oversampled_fill: 3.0,
+            oversampled_surplus: 2.0,
         }
     }
 }

@@ -1,37 +1,36 @@
-//! Quiet, changed or not observed, and why.
+//! The verdict and its reason (`docs/novelty.md section 9`).
 
-use super::{Balance, Verdict, VerdictSettings};
+use super::quantified_change::QuantifiedChange;
+use super::{Verdict, VerdictSettings};
 use crate::geometry::Registration;
 
-/// What the verdict is read from.
+/// What the verdict depends on.
 pub struct Findings<'a> {
-    /// How the views were brought together.
     pub registration: &'a Registration,
-    /// Noise of the difference of the views over the noise that they have themselves.
+    /// Noise between the views over the noise of both.
     pub disagreement: f64,
     /// d_GMM and its parts.
-    pub balance: &'a Balance,
-    /// Threshold of d_GMM.
+    pub change: &'a QuantifiedChange,
     pub u_th: f64,
     /// Number of listed novelties.
-    pub listed: usize,
+    pub novelties: usize,
 }
 
 /// The verdict with its reason.
 pub fn verdict(findings: &Findings<'_>, settings: &VerdictSettings) -> (Verdict, String) {
-    if let Some(reason) = blind(findings, settings) {
+    if let Some(reason) = not_observed_reason(findings, settings) {
         return (Verdict::NotObserved, reason);
     }
-    let (d, u_th, listed) = (findings.balance.d, findings.u_th, findings.listed);
-    let things = if listed == 1 {
+    let (d, u_th, count) = (findings.change.d, findings.u_th, findings.novelties);
+    let novelties = if count == 1 {
         "1 novelty".to_owned()
     } else {
-        format!("{listed} novelties")
+        format!("{count} novelties")
     };
-    match (d >= u_th, listed > 0) {
+    match (d >= u_th, count > 0) {
         (true, true) => (
             Verdict::Changed,
-            format!("d_GMM {d:.5} reaches U_th {u_th:.5}, {things}"),
+            format!("d_GMM {d:.5} reaches U_th {u_th:.5}, {novelties}"),
         ),
         (true, false) => (
             Verdict::NotObserved,
@@ -39,7 +38,7 @@ pub fn verdict(findings: &Findings<'_>, settings: &VerdictSettings) -> (Verdict,
         ),
         (false, true) => (
             Verdict::Quiet,
-            format!("d_GMM {d:.5} is below U_th {u_th:.5} in spite of {things}"),
+            format!("d_GMM {d:.5} is below U_th {u_th:.5} in spite of {novelties}"),
         ),
         (false, false) => (
             Verdict::Quiet,
@@ -48,46 +47,46 @@ pub fn verdict(findings: &Findings<'_>, settings: &VerdictSettings) -> (Verdict,
     }
 }
 
-/// Why nothing can be said, if so.
-fn blind(findings: &Findings<'_>, settings: &VerdictSettings) -> Option<String> {
+/// Why no answer is possible, if so.
+fn not_observed_reason(findings: &Findings<'_>, settings: &VerdictSettings) -> Option<String> {
     let registration = findings.registration;
     let pose = &registration.current_from_reference;
-    // No comparison with a figure that is no number holds: it would pass every gate below.
-    let figures = [
-        ("the distance", findings.balance.d),
+    // A value that is not finite would pass every gate below.
+    let values = [
+        ("the distance", findings.change.d),
         ("the threshold", findings.u_th),
         ("the agreement of the surfaces", findings.disagreement),
-        ("the reference's overlap", findings.balance.overlap[0]),
-        ("the revisit's overlap", findings.balance.overlap[1]),
-        ("the registration's share", registration.share),
+        ("the reference's overlap", findings.change.overlap[0]),
+        ("the current view's overlap", findings.change.overlap[1]),
+        ("the registration's agreement", registration.agreement),
         ("the shift", pose.translation.vector.norm()),
-        ("the turn", pose.rotation.angle()),
+        ("the rotation", pose.rotation.angle()),
     ];
-    if let Some((which, value)) = figures.into_iter().find(|(_, value)| !value.is_finite()) {
-        return Some(format!("{which} came out as {value}"));
+    if let Some((name, value)) = values.into_iter().find(|(_, value)| !value.is_finite()) {
+        return Some(format!("{name} is {value}"));
     }
     if !registration.converged {
         return Some(format!(
             "the views do not match: {:.0} % of the flat surfaces agree",
-            100.0 * registration.share
+            100.0 * registration.agreement
         ));
     }
     let shift_m = pose.translation.vector.norm();
-    let turn_rad = pose.rotation.angle();
-    if shift_m > settings.most_shift_m || turn_rad > settings.most_turn_rad {
+    let rotation_rad = pose.rotation.angle();
+    if shift_m > settings.max_shift_m || rotation_rad > settings.max_rotation_rad {
         return Some(format!(
-            "the robot stands elsewhere: {shift_m:.2} m and {:.1} deg from the reference",
-            turn_rad.to_degrees()
+            "the robot is elsewhere: {shift_m:.2} m and {:.1} deg from the reference",
+            rotation_rad.to_degrees()
         ));
     }
-    if findings.disagreement > settings.most_disagreement {
+    if findings.disagreement > settings.max_disagreement {
         return Some(format!(
-            "surfaces seen by both views lie {:.1} times further apart than their noise explains",
+            "surfaces seen by both views are {:.1} times further apart than their noise explains",
             findings.disagreement
         ));
     }
-    let overlap = findings.balance.overlap[0].min(findings.balance.overlap[1]);
-    if overlap < settings.least_overlap {
+    let overlap = findings.change.overlap[0].min(findings.change.overlap[1]);
+    if overlap < settings.min_overlap {
         return Some(format!(
             "only {:.0} % of the place was seen by both views",
             100.0 * overlap
@@ -100,62 +99,63 @@ fn blind(findings: &Findings<'_>, settings: &VerdictSettings) -> Option<String> 
 mod tests {
     use super::{Findings, verdict};
     use crate::geometry::Registration;
-    use crate::novelty::{Balance, Verdict, VerdictSettings};
+    use crate::novelty::quantified_change::QuantifiedChange;
+    use crate::novelty::{Verdict, VerdictSettings};
 
-    fn balance() -> Balance {
-        Balance {
+    fn change() -> QuantifiedChange {
+        QuantifiedChange {
             d: 1e-5,
             work_m3: 1e-5,
             surface_m2: 1.0,
             appeared: Vec::new(),
             disappeared: Vec::new(),
-            rest: 1e-5,
+            unexplained: 1e-5,
             components: [1; 2],
             overlap: [0.9; 2],
         }
     }
 
-    fn judged(
+    fn verdict_of(
         registration: &Registration,
-        balance: &Balance,
+        change: &QuantifiedChange,
         disagreement: f64,
     ) -> (Verdict, String) {
         let findings = Findings {
             registration,
             disagreement,
-            balance,
+            change,
             u_th: 5e-4,
-            listed: 0,
+            novelties: 0,
         };
         verdict(&findings, &VerdictSettings::default())
     }
 
     #[test]
-    fn a_figure_that_is_no_number_is_never_quiet() {
+    fn a_value_that_is_not_finite_is_never_quiet() {
         let same = Registration::identity();
-        assert_eq!(judged(&same, &balance(), 1.0).0, Verdict::Quiet);
+        assert_eq!(verdict_of(&same, &change(), 1.0).0, Verdict::Quiet);
         let mut cases = Vec::new();
         for bad in [f64::NAN, f64::INFINITY] {
-            cases.push(judged(&same, &balance(), bad));
-            let d = Balance {
-                d: bad,
-                ..balance()
-            };
-            cases.push(judged(&same, &d, 1.0));
+            cases.push(verdict_of(&same, &change(), bad));
+            let d = QuantifiedChange { d: bad, ..change() };
+            cases.push(verdict_of(&same, &d, 1.0));
             for overlap in [[bad, 0.9], [0.9, bad]] {
-                let partly = Balance {
+                let partly = QuantifiedChange {
                     overlap,
-                    ..balance()
+                    ..change()
                 };
-                cases.push(judged(&same, &partly, 1.0));
+                cases.push(verdict_of(&same, &partly, 1.0));
             }
         }
         let mut lost = Registration::identity();
         lost.current_from_reference.translation.vector.x = f64::NAN;
-        cases.push(judged(&lost, &balance(), 1.0));
-        for (word, reason) in cases {
-            assert_eq!(word, Verdict::NotObserved, "{reason}");
-            assert!(reason.contains("came out as"), "{reason}");
+        cases.push(verdict_of(&lost, &change(), 1.0));
+        for (verdict, reason) in cases {
+            assert_eq!(verdict, Verdict::NotObserved, "{reason}");
+            assert!(
+                reason.contains(" is NaN") || reason.contains(" is inf"),
+                "{reason}"
+            );
         }
     }
 }

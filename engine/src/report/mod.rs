@@ -1,8 +1,10 @@
-//! Takes an inspection, gives the records that JSON and the log show, in the words of `docs/contract.md`.
+//! Inspections as the serialisable records of `docs/contract.md`, for JSON and the log.
 
-mod figure;
-mod record;
-mod report;
+mod inspection_report;
+mod novelty_record;
+mod nullable;
 
-pub use record::{MethodsRecord, NoveltyRecord, ShapeRecord, class_word};
-pub use report::{PoseCorrection, Report, SideReport};
+pub use inspection_report::{InspectionReport, PoseCorrection, ViewCounts};
+pub use novelty_record::{
+    AlternativeRecord, MethodsRecord, NoveltyRecord, ShapeRecord, class_name,
+};

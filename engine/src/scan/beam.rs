@@ -1,21 +1,21 @@
-//! What one beam says.
+//! The measurement of one beam.
 
-/// One beam's reading (SCIP 2.0, scip2 section 7: values below DMIN are codes, not distances).
+/// The measurement of one beam. Values below DMIN are codes, not distances (scip2 section 7).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Beam {
-    /// Something at this range, metres.
+pub(crate) enum Beam {
+    /// A return at this range, metres.
     Hit(f64),
-    /// Nothing came back (code 0): free up to the reliable range.
-    Nothing,
-    /// The sensor cannot tell (every other code, or a value beyond its range).
+    /// Nothing came back (code 0): the beam is free up to the reliable range.
+    NoReturn,
+    /// No measurement: any other code, or a value beyond the range of the sensor.
     Unknown,
 }
 
 impl Beam {
-    /// Reads a raw value in millimetres or a code below `dmin_mm`.
-    pub fn read(raw: u32, dmin_mm: u32, dmax_mm: u32) -> Self {
+    /// Decodes a raw value: millimetres, or a code below `dmin_mm`.
+    pub(crate) fn from_raw(raw: u32, dmin_mm: u32, dmax_mm: u32) -> Self {
         match raw {
-            0 => Self::Nothing,
+            0 => Self::NoReturn,
             code if code < dmin_mm => Self::Unknown,
             range_mm if range_mm <= dmax_mm => Self::Hit(f64::from(range_mm) / 1e3),
             _ => Self::Unknown,
@@ -28,12 +28,12 @@ mod tests {
     use super::Beam;
 
     #[test]
-    fn codes_are_never_distances() {
-        assert_eq!(Beam::read(0, 20, 5600), Beam::Nothing);
-        assert_eq!(Beam::read(7, 20, 5600), Beam::Unknown);
-        assert_eq!(Beam::read(19, 20, 5600), Beam::Unknown);
-        assert_eq!(Beam::read(20, 20, 5600), Beam::Hit(0.02));
-        assert_eq!(Beam::read(5600, 20, 5600), Beam::Hit(5.6));
-        assert_eq!(Beam::read(5601, 20, 5600), Beam::Unknown);
+    fn codes_are_not_distances() {
+        assert_eq!(Beam::from_raw(0, 20, 5600), Beam::NoReturn);
+        assert_eq!(Beam::from_raw(7, 20, 5600), Beam::Unknown);
+        assert_eq!(Beam::from_raw(19, 20, 5600), Beam::Unknown);
+        assert_eq!(Beam::from_raw(20, 20, 5600), Beam::Hit(0.02));
+        assert_eq!(Beam::from_raw(5600, 20, 5600), Beam::Hit(5.6));
+        assert_eq!(Beam::from_raw(5601, 20, 5600), Beam::Unknown);
     }
 }

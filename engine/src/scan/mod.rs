@@ -1,7 +1,7 @@
-//! Takes the numbers of one revolution, gives what each beam says, in metres and radians.
+//! The beams of a line scanner: raw values to ranges in metres, indices to azimuths in radians.
 
 mod beam;
-mod optics;
+mod scan_geometry;
 
-pub use beam::Beam;
-pub use optics::Optics;
+pub(crate) use beam::Beam;
+pub use scan_geometry::ScanGeometry;

@@ -1,41 +1,26 @@
-//! Takes the points and Gaussians of one novelty, gives its shape (paper section IV).
+//! The shape of one novelty: the primitive that its points lie on, with pose, size and uncertainty (paper section IV).
 //!
-//! Method B (`covariance`) matches the exact moments of every class's visible surface; method A
-//! (`ransac`) consumes points or samples on the Gaussians' ellipsoids; `retrieve` asks both and
+//! Method B (`matching`) compares the moments of every class's visible surface with those of the points; method A
+//! (`ransac`) searches the points, or samples on the Gaussians' ellipsoids, for primitives. `retrieve` runs both and
 //! chooses.
 
+mod consensus;
 mod constants;
-mod continued;
-mod covariance;
-mod edges;
-mod euclidean;
-mod faces;
-mod hidden;
-#[cfg(test)]
-mod laws;
-mod lengths;
-mod lonely;
+mod error;
 mod matching;
 mod model;
-mod moments;
+mod points;
 mod primitive;
-#[cfg(test)]
-mod printed;
 pub mod ransac;
-#[cfg(test)]
-mod recorded;
-mod remains;
 mod retrieve;
-#[cfg(test)]
-mod scenes;
 mod settings;
-mod starts;
 #[cfg(test)]
-mod trials;
+mod tests;
 
-pub use euclidean::primitives;
+pub use consensus::detect_shapes;
+pub use error::ShapeError;
+pub use matching::moments::surface_moments;
 pub use model::{Alternative, Class, Method, Retrieval, Shape};
-pub use moments::surface_moments;
 pub use primitive::{Cone, Cuboid, Cylinder, Plane, Primitive, Sphere, Superquadric};
-pub use retrieve::{ShapeError, retrieve};
-pub use settings::{BeamDensity, Choice, RansacSource, ShapeSettings, SurfaceModel};
+pub use retrieve::retrieve;
+pub use settings::{BeamDensity, MethodChoice, RansacSource, ShapeSettings, SurfaceModel};

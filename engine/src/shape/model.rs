@@ -1,8 +1,8 @@
-//! The words in which a shape is told.
+//! A retrieved shape: class, pose, size and their uncertainties.
 
 use nalgebra::{Matrix3, Point3};
 
-/// What a novelty may be.
+/// Class of a shape; each gives the order of its size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Class {
     /// Size (D, D, D).
@@ -17,45 +17,45 @@ pub enum Class {
     Cone,
     /// Size along its own axes, with exponents.
     Superquadric,
-    /// The data supports more than one class; the alternatives say which.
+    /// The data supports more than one class; see the alternatives.
     Ambiguous,
 }
 
 /// How a shape was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Method {
-    /// Method A, section IV.A: random sampling consensus.
+    /// Method A, paper section IV.A: random sample consensus.
     Ransac,
-    /// Method B, section IV.B: covariance matching.
+    /// Method B, paper section IV.B: covariance matching.
     Covariance,
 }
 
-/// A class that the data supports less, or as much.
+/// Another class for the same points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alternative {
-    /// The class.
+    /// Its class.
     pub class: Class,
-    /// Its posterior probability among the classes tried.
+    /// Posterior probability among the classes tried.
     pub probability: f64,
 }
 
-/// One geometric primitive with its place, attitude and size, in the frame of the points.
+/// A primitive fitted to points, in their frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
-    /// What it is.
+    /// Its class, or `Ambiguous`.
     pub class: Class,
     /// How it was found.
     pub method: Method,
     /// Posterior probability of the class among those tried.
     pub probability: f64,
-    /// The other classes, most probable first; of an ambiguous shape all of them. What is not listed is less
-    /// probable than 0.01, or was ruled out.
+    /// The other classes, most probable first; of an ambiguous shape all of them. Those less probable than 0.01 or ruled
+    /// out early are not listed.
     pub alternatives: Vec<Alternative>,
     /// Centre, metres.
     pub centre: Point3<f64>,
     /// Standard deviation of the centre, metres.
     pub centre_sd_m: [f64; 3],
-    /// Columns are the shape's axes; a right-handed rotation.
+    /// The shape's axes as columns; right-handed.
     pub rotation: Matrix3<f64>,
     /// Full lengths along those axes, metres.
     pub size_m: [f64; 3],
@@ -63,9 +63,9 @@ pub struct Shape {
     pub size_sd_m: [f64; 3],
     /// e1 and e2 of a superquadric.
     pub exponents: Option<[f64; 2]>,
-    /// Root mean square distance of its points from its surface, metres.
+    /// Root mean square distance of the points from the surface, metres.
     pub residual_m: f64,
-    /// How many points lie on it.
+    /// How many points are on it.
     pub inliers: usize,
 }
 
@@ -74,10 +74,10 @@ pub struct Shape {
 pub struct Retrieval {
     /// The chosen answer.
     pub best: Shape,
-    /// Method B's own answer, where it ran.
+    /// Method B's answer, where it ran.
     pub covariance: Option<Shape>,
-    /// Method A's own answer, where it ran.
+    /// Method A's answer, where it ran.
     pub ransac: Option<Shape>,
-    /// Several primitives with disjoint points, where one does not do (a person); else empty.
+    /// Several primitives with disjoint points, where one does not explain them (a person); else empty.
     pub parts: Vec<Shape>,
 }

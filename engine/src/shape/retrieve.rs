@@ -1,118 +1,84 @@
-//! The front door: both methods on one novelty, and the choice between them.
+//! Both methods on one novelty, and the choice between them.
 
+use super::consensus::{detect_shapes, ransac_shape};
 use super::constants::{
-    LEAST_LISTED_PROBABILITY, LEAST_NEAR_SHARE, LEAST_NOISE_M, LEAST_POINTS, LEAST_SPREAD_M,
+    MIN_INLIER_SHARE, MIN_LISTED_PROBABILITY, MIN_NOISE_M, MIN_POINTS, MIN_SPREAD_M,
     ROUGHNESS_SHARE,
 };
-use super::continued::continued;
-use super::covariance::{Candidate, candidates, shown};
-use super::euclidean::{by_consensus, primitives};
-use super::lengths::{Look, measured};
-use super::lonely::in_company;
+use super::error::ShapeError;
+use super::matching::estimate::PrimitiveEstimate;
+use super::matching::extent::lengths::{EdgeObservations, measure_lengths};
+use super::matching::select::{match_classes, surface_model_for};
 use super::model::{Alternative, Class, Method, Retrieval, Shape};
-use super::settings::{Choice, ShapeSettings};
+use super::points::extension::extend_along_surface;
+use super::points::outliers::remove_outliers;
+use super::settings::{MethodChoice, ShapeSettings};
 use crate::mixture::{Gaussian, Mixture};
-use crate::novelty::Rim;
+use crate::novelty::Surroundings;
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// Why no shape can be told.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum ShapeError {
-    /// Fewer points than carry a shape.
-    #[error("a shape needs at least {least} points, got {got}")]
-    TooFewPoints {
-        /// Points given.
-        got: usize,
-        /// Least number.
-        least: usize,
-    },
-    /// A coordinate is NaN or infinite.
-    #[error("coordinates must be finite, got {value} in {place}")]
-    NotFinite {
-        /// The offender.
-        value: f64,
-        /// Where it stands.
-        place: &'static str,
-    },
-    /// The points lie on one line, or all in one place.
-    #[error(
-        "a shape needs points spread over a surface, got a width of {second_m} m (at least {least_m} m)"
-    )]
-    NoSurface {
-        /// Standard deviation along the second principal axis, metres.
-        second_m: f64,
-        /// Least, metres.
-        least_m: f64,
-    },
-    /// No primitive could be fitted.
-    #[error("no primitive fits the {points} points")]
-    NothingFits {
-        /// Points given.
-        points: usize,
-    },
-}
-
-/// The shape of one novelty from its points (metres), what lies about it, its Gaussians, and where
-/// the sensor stood. `mixture` may be empty; then the points' own Gaussian stands for it. So may
-/// `rim`; then a thing ends where its points do.
+/// The shape of one novelty from its points (metres), their surroundings, its Gaussians, and the sensor's position.
+/// Where `mixture` is empty, the points' own Gaussian is used. Where `surroundings` are empty, the object ends with its
+/// points.
 ///
 /// # Errors
 ///
-/// [`ShapeError`] for too few points, coordinates that are not finite, and points without a
-/// surface (all on a line, or in one place).
+/// [`ShapeError`] for too few points, coordinates that are not finite, and points without a surface (all on a line, or
+/// at one position).
 pub fn retrieve(
     points: &[Point3<f64>],
-    rim: &Rim,
+    surroundings: &Surroundings,
     mixture: &Mixture,
     sensor_origin: &Point3<f64>,
     settings: &ShapeSettings,
     seed: u64,
 ) -> Result<Retrieval, ShapeError> {
-    let thing = Thing::of(points, mixture, sensor_origin, settings, seed)?;
-    if !settings.points_judge || rim.beside.is_empty() {
-        let (covariance, ransac) = thing.by_both();
-        return thing.told(covariance, ransac);
+    let input = RetrievalInput::new(points, mixture, sensor_origin, settings, seed)?;
+    if !settings.use_point_distances || surroundings.own.is_empty() {
+        let (covariance, ransac) = input.run_both();
+        return input.choose(covariance, ransac);
     }
-    // One answer tells which points of the rim are its own; the other method waits for these.
-    let covariance = thing.by_matching();
+    // A first answer selects its points of the surroundings; the other method waits for them.
+    let covariance = input.run_matching();
     let ransac = match covariance {
         Some(_) => None,
-        None => thing.by_consensus(),
+        None => input.run_ransac(),
     };
     let first = covariance.as_ref().or(ransac.as_ref());
-    let first = first.ok_or_else(|| thing.nothing_fits())?;
+    let first = first.ok_or_else(|| input.nothing_fits())?;
     let noise_m = settings
         .noise
         .sigma_m((first.centre - sensor_origin).norm());
-    let near_m = near_m(&first.size_m, noise_m);
-    let more = continued(first, points, rim, sensor_origin, near_m);
+    let band_m = surface_band_m(&first.size_m, noise_m);
+    let more = extend_along_surface(first, points, surroundings, sensor_origin, band_m);
     if more.is_empty() {
-        let ransac = ransac.or_else(|| thing.by_consensus());
-        return thing.told(covariance, ransac);
+        let ransac = ransac.or_else(|| input.run_ransac());
+        return input.choose(covariance, ransac);
     }
     let all: Vec<Point3<f64>> = points.iter().chain(&more).copied().collect();
-    let grown = Thing::of(&all, mixture, sensor_origin, settings, seed).and_then(|thing| {
-        let (covariance, ransac) = thing.by_both();
-        thing.told(covariance, ransac)
-    });
-    // What was told without them stands.
-    grown.or_else(|_| {
-        let ransac = ransac.or_else(|| thing.by_consensus());
-        thing.told(covariance, ransac)
+    let extended =
+        RetrievalInput::new(&all, mixture, sensor_origin, settings, seed).and_then(|input| {
+            let (covariance, ransac) = input.run_both();
+            input.choose(covariance, ransac)
+        });
+    // Else the answer without the surroundings.
+    extended.or_else(|_| {
+        let ransac = ransac.or_else(|| input.run_ransac());
+        input.choose(covariance, ransac)
     })
 }
 
-/// Half the width of the band about a surface in which the points of a thing lie, metres.
-fn near_m(size_m: &[f64; 3], noise_m: f64) -> f64 {
+/// Half the width of the band about a surface that holds the points of an object, metres.
+fn surface_band_m(size_m: &[f64; 3], noise_m: f64) -> f64 {
     let spread_m = Vector3::from(*size_m).norm() / 4.0;
     3.0 * noise_m.hypot(ROUGHNESS_SHARE * spread_m)
 }
 
-/// A thing that ends where its points do.
-struct Thing<'a> {
-    /// Without strays.
+/// One object's points, checked and without outliers, and what both methods need besides.
+struct RetrievalInput<'a> {
     points: Vec<Point3<f64>>,
-    own: Gaussian,
+    /// Of these points.
+    moments: Gaussian,
     noise_m: f64,
     mixture: &'a Mixture,
     sensor: &'a Point3<f64>,
@@ -120,24 +86,24 @@ struct Thing<'a> {
     seed: u64,
 }
 
-impl<'a> Thing<'a> {
-    fn of(
+impl<'a> RetrievalInput<'a> {
+    fn new(
         points: &[Point3<f64>],
         mixture: &'a Mixture,
         sensor: &'a Point3<f64>,
         settings: &'a ShapeSettings,
         seed: u64,
     ) -> Result<Self, ShapeError> {
-        checked(points, sensor)?;
-        let points = in_company(points);
-        let own = checked(&points, sensor)?;
+        checked_moments(points, sensor)?;
+        let points = remove_outliers(points);
+        let moments = checked_moments(&points, sensor)?;
         let noise_m = settings
             .noise
-            .sigma_m((own.mean - sensor).norm())
-            .max(LEAST_NOISE_M);
+            .sigma_m((moments.mean - sensor).norm())
+            .max(MIN_NOISE_M);
         Ok(Self {
             points,
-            own,
+            moments,
             noise_m,
             mixture,
             sensor,
@@ -146,25 +112,31 @@ impl<'a> Thing<'a> {
         })
     }
 
-    /// Method B's answer; `None` where it is not asked, too.
-    fn by_matching(&self) -> Option<Shape> {
-        if self.settings.choice == Choice::Ransac {
+    /// Method B's answer; `None` also where it was not chosen.
+    fn run_matching(&self) -> Option<Shape> {
+        if self.settings.choice == MethodChoice::Ransac {
             return None;
         }
-        let of_mixture = self.settings.moments_of_mixture;
-        let total = of_mixture.then(|| total_moments(self.mixture)).flatten();
-        let moments = total.unwrap_or(self.own);
+        let use_mixture = self.settings.use_mixture_moments;
+        let total = use_mixture.then(|| total_moments(self.mixture)).flatten();
+        let moments = total.unwrap_or(self.moments);
         let (points, sensor) = (&self.points, self.sensor);
-        let found = candidates(points, &moments, sensor, self.noise_m, self.settings)?;
-        Some(told(points, sensor, found, self.noise_m, self.settings))
+        let found = match_classes(points, &moments, sensor, self.noise_m, self.settings)?;
+        Some(matched_shape(
+            points,
+            sensor,
+            found,
+            self.noise_m,
+            self.settings,
+        ))
     }
 
-    /// Method A's answer; `None` where it is not asked, too.
-    fn by_consensus(&self) -> Option<Shape> {
-        if self.settings.choice == Choice::Covariance {
+    /// Method A's answer; `None` also where it was not chosen.
+    fn run_ransac(&self) -> Option<Shape> {
+        if self.settings.choice == MethodChoice::Covariance {
             return None;
         }
-        by_consensus(
+        ransac_shape(
             &self.points,
             self.mixture,
             self.sensor,
@@ -174,8 +146,8 @@ impl<'a> Thing<'a> {
         )
     }
 
-    fn by_both(&self) -> (Option<Shape>, Option<Shape>) {
-        rayon::join(|| self.by_matching(), || self.by_consensus())
+    fn run_both(&self) -> (Option<Shape>, Option<Shape>) {
+        rayon::join(|| self.run_matching(), || self.run_ransac())
     }
 
     fn nothing_fits(&self) -> ShapeError {
@@ -184,22 +156,22 @@ impl<'a> Thing<'a> {
         }
     }
 
-    /// The choice between both answers, and the parts where it does not explain the thing.
-    fn told(
+    /// Method B's answer, or method A's where B has none, and the parts where it does not explain the points.
+    fn choose(
         &self,
         covariance: Option<Shape>,
         ransac: Option<Shape>,
     ) -> Result<Retrieval, ShapeError> {
         let chosen = covariance.as_ref().or(ransac.as_ref());
         let best = chosen.cloned().ok_or_else(|| self.nothing_fits())?;
-        let spread_m = self.own.covariance.trace().max(0.0).sqrt();
-        let expected = self.noise_m.hypot(ROUGHNESS_SHARE * spread_m);
-        let parts = if best.residual_m > self.settings.parts_above * expected {
-            primitives(&self.points, None, self.sensor, self.settings, self.seed)
+        let spread_m = self.moments.covariance.trace().max(0.0).sqrt();
+        let expected_m = self.noise_m.hypot(ROUGHNESS_SHARE * spread_m);
+        let parts = if best.residual_m > self.settings.parts_above_ratio * expected_m {
+            detect_shapes(&self.points, None, self.sensor, self.settings, self.seed)
         } else {
             Vec::new()
         };
-        // One part is no explanation by parts.
+        // A single part explains no more than the shape itself.
         let parts = if parts.len() < 2 { Vec::new() } else { parts };
         Ok(Retrieval {
             best,
@@ -210,28 +182,29 @@ impl<'a> Thing<'a> {
     }
 }
 
-fn checked(points: &[Point3<f64>], sensor: &Point3<f64>) -> Result<Gaussian, ShapeError> {
+/// Mean and covariance of points that can have a shape.
+fn checked_moments(points: &[Point3<f64>], sensor: &Point3<f64>) -> Result<Gaussian, ShapeError> {
     let too_few = ShapeError::TooFewPoints {
         got: points.len(),
-        least: LEAST_POINTS,
+        min: MIN_POINTS,
     };
-    if points.len() < LEAST_POINTS {
+    if points.len() < MIN_POINTS {
         return Err(too_few);
     }
-    let of = |p: &Point3<f64>, place| match p.iter().find(|v| !v.is_finite()) {
-        Some(&value) => Err(ShapeError::NotFinite { value, place }),
+    let finite = |p: &Point3<f64>, input| match p.iter().find(|v| !v.is_finite()) {
+        Some(&value) => Err(ShapeError::NotFinite { value, input }),
         None => Ok(()),
     };
-    of(sensor, "the sensor's origin")?;
-    points.iter().try_for_each(|p| of(p, "the points"))?;
-    let moments = Gaussian::of_points(points).ok_or(too_few)?;
+    finite(sensor, "the sensor's origin")?;
+    points.iter().try_for_each(|p| finite(p, "the points"))?;
+    let moments = Gaussian::from_points(points).ok_or(too_few)?;
     let mut variances: [f64; 3] = moments.covariance.symmetric_eigenvalues().into();
     variances.sort_by(f64::total_cmp);
     let second_m = variances[1].max(0.0).sqrt();
-    if second_m < LEAST_SPREAD_M {
+    if second_m < MIN_SPREAD_M {
         return Err(ShapeError::NoSurface {
             second_m,
-            least_m: LEAST_SPREAD_M,
+            min_m: MIN_SPREAD_M,
         });
     }
     Ok(moments)
@@ -252,34 +225,34 @@ fn total_moments(mixture: &Mixture) -> Option<Gaussian> {
     (finite && total > 0.0).then_some(Gaussian { mean, covariance })
 }
 
-/// The most probable candidate in the room's words.
-fn told(
+/// Method B's answer with lengths from the edges, where the points' distances are used.
+fn matched_shape(
     points: &[Point3<f64>],
     sensor: &Point3<f64>,
-    (best, mut alternatives): (Candidate, Vec<Alternative>),
+    (best, mut alternatives): (PrimitiveEstimate, Vec<Alternative>),
     noise_m: f64,
     settings: &ShapeSettings,
 ) -> Shape {
-    let ambiguous = best.among_fitted < settings.ambiguous_below;
-    alternatives.retain(|a| a.probability >= LEAST_LISTED_PROBABILITY);
+    let ambiguous = best.probability_among_fitted < settings.ambiguous_below;
+    alternatives.retain(|a| a.probability >= MIN_LISTED_PROBABILITY);
     if !ambiguous {
         alternatives.retain(|a| a.class != best.primitive.class());
     }
-    let near_m = near_m(&best.primitive.size_m(), noise_m);
-    let near: Vec<Point3<f64>> = points
+    let band_m = surface_band_m(&best.primitive.size_m(), noise_m);
+    let inliers: Vec<Point3<f64>> = points
         .iter()
-        .filter(|p| best.primitive.visible_distance_m(p, sensor).abs() < near_m)
+        .filter(|p| best.primitive.visible_distance_m(p, sensor).abs() < band_m)
         .copied()
         .collect();
-    // A thing that is not quite of its class (a person) ends where all its points do.
-    let own = near.len() as f64 >= LEAST_NEAR_SHARE * points.len() as f64;
-    let best = if settings.points_judge {
-        let (surface, density) = shown(points, sensor, settings);
-        measured(
+    // An object that is not quite of its class (a person) ends where all its points do.
+    let of_class = inliers.len() as f64 >= MIN_INLIER_SHARE * points.len() as f64;
+    let best = if settings.use_point_distances {
+        let (surface, density) = surface_model_for(points, sensor, settings);
+        measure_lengths(
             best,
-            &Look {
-                of_class: own,
-                near: if own { &near } else { points },
+            &EdgeObservations {
+                of_class,
+                points: if of_class { &inliers } else { points },
                 noise_m,
                 independent_share: settings.independent_share,
                 sensor,
@@ -308,6 +281,6 @@ fn told(
         size_sd_m: best.size_sd_m,
         exponents: best.primitive.exponents(),
         residual_m: (squares / points.len() as f64).sqrt(),
-        inliers: near.len(),
+        inliers: inliers.len(),
     }
 }

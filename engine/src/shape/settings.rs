@@ -1,17 +1,17 @@
-//! What may be chosen about the retrieval of shapes.
+//! Settings of the retrieval.
 
 use super::ransac::RansacSettings;
 use crate::geometry::NoiseLaw;
 use nalgebra::{Unit, Vector3};
 
-/// Which method answers.
+/// Which method gives the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Choice {
-    /// Covariance matching with the points as judge; RANSAC where that has no answer. Both are told.
+pub enum MethodChoice {
+    /// Method B; method A where B has no answer. The results of both are kept.
     Auto,
-    /// Method B alone is asked.
+    /// Method B alone.
     Covariance,
-    /// Method A alone is asked.
+    /// Method A alone.
     Ransac,
 }
 
@@ -20,18 +20,18 @@ pub enum Choice {
 pub enum SurfaceModel {
     /// Those of the part of its surface that the sensor sees.
     Visible,
-    /// Those of its whole ideal surface, as printed in section IV.B. Also used wherever the sensor
-    /// stands among the points.
+    /// Those of its whole ideal surface, as printed in paper section IV.B. Also used where the sensor is among the
+    /// points.
     Ideal,
 }
 
-/// How many points fall on a patch of visible surface.
+/// How many points fall on an element of visible surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BeamDensity {
     /// Uniform per solid angle: cos(i) / rho^2.
     SolidAngle,
-    /// A line scanner tilted about `axis` (through the sensor): as above, times 1 / cos(azimuth),
-    /// since the rows crowd towards the axis.
+    /// A line scanner tilted about `axis` (through the sensor): as above, times 1 / cos(azimuth), since the rows crowd
+    /// towards the axis.
     TiltSweep {
         /// Tilt axis, in the frame of the points.
         axis: Unit<Vector3<f64>>,
@@ -40,12 +40,12 @@ pub enum BeamDensity {
     Area,
 }
 
-/// What method A looks at.
+/// Input of method A.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RansacSource {
     /// The novelty's own points.
     Points,
-    /// Samples on the ellipsoids of its Gaussians (section IV.A).
+    /// Samples on the ellipsoids of its Gaussians (paper section IV.A).
     Ellipsoids {
         /// How many; 3722 in the paper.
         samples: usize,
@@ -54,45 +54,44 @@ pub enum RansacSource {
     },
 }
 
-/// Settings of the room.
+/// Settings of [`retrieve`](super::retrieve) and [`detect_shapes`](super::detect_shapes).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapeSettings {
-    /// Which method answers.
-    pub choice: Choice,
-    /// Whose moments are matched.
+    /// Which method gives the answer.
+    pub choice: MethodChoice,
+    /// Which moments method B expects.
     pub surface: SurfaceModel,
     /// How points spread over a surface.
     pub density: BeamDensity,
-    /// Whether the points' distances from the surface take part in method B (fit and class);
-    /// without them it knows the moments alone, as the paper does.
-    pub points_judge: bool,
-    /// Whether the moments are the mixture's instead of the points' own.
-    pub moments_of_mixture: bool,
-    /// Noise of a point as a law of its range.
+    /// Whether method B also fits and compares the distances of the points from the surface; without them it uses the
+    /// moments alone, as the paper does.
+    pub use_point_distances: bool,
+    /// Whether method B takes the moments of the mixture instead of those of the points.
+    pub use_mixture_moments: bool,
+    /// Noise of a point by its range.
     pub noise: NoiseLaw,
     /// Share of the points that count as independent, (0, 1].
     pub independent_share: f64,
-    /// A class less probable than this is told as ambiguous.
+    /// A class less probable than this is reported as ambiguous.
     pub ambiguous_below: f64,
-    /// What method A looks at.
+    /// Input of method A.
     pub ransac_source: RansacSource,
-    /// Method A's own settings; `None` derives them from the noise and the spread of the points.
+    /// Settings of method A; `None` derives them from the noise and the spread of the points.
     pub ransac: Option<RansacSettings>,
-    /// One primitive whose residual exceeds the noise (with roughness) by this factor does not
-    /// explain the thing; its parts are sought.
-    pub parts_above: f64,
+    /// Where the residual of one primitive exceeds noise and roughness by this factor, several are sought.
+    pub parts_above_ratio: f64,
 }
 
 impl Default for ShapeSettings {
-    /// The standard engine. Noise: the URG-04LX's repeatability at 0.1-4 m (protocols/scip2.md
-    /// section 11, 2-12 mm) with the share of its bias that does not cancel.
+    /// The standard engine. Noise: the URG-04LX's repeatability at 0.1-4 m (scip2 section 11, 2-12 mm) with the share
+    /// of its bias that does not cancel.
     fn default() -> Self {
         Self {
-            choice: Choice::Auto,
+            choice: MethodChoice::Auto,
             surface: SurfaceModel::Visible,
             density: BeamDensity::SolidAngle,
-            points_judge: true,
-            moments_of_mixture: false,
+            use_point_distances: true,
+            use_mixture_moments: false,
             noise: NoiseLaw {
                 at_zero_m: 0.005,
                 per_m: 0.002,
@@ -101,19 +100,19 @@ impl Default for ShapeSettings {
             ambiguous_below: 0.75,
             ransac_source: RansacSource::Points,
             ransac: None,
-            parts_above: 2.0,
+            parts_above_ratio: 2.0,
         }
     }
 }
 
 impl ShapeSettings {
-    /// The paper's way, made well-posed: the mixture's moments against ideal surfaces, RANSAC on
-    /// 3722 samples of the ellipsoids.
-    pub fn ideal() -> Self {
+    /// The paper's methods, made well-posed: the mixture's moments against ideal surfaces, RANSAC on 3722 samples of the
+    /// ellipsoids.
+    pub fn paper() -> Self {
         Self {
             surface: SurfaceModel::Ideal,
-            points_judge: false,
-            moments_of_mixture: true,
+            use_point_distances: false,
+            use_mixture_moments: true,
             ambiguous_below: 0.0,
             ransac_source: RansacSource::Ellipsoids {
                 samples: 3722,

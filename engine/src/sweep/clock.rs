@@ -1,53 +1,53 @@
-//! The sensor's clock on the host's: offset and rate (sweep-geometry section 3).
+//! Offset and rate of the sensor's clock against the host's (sweep-geometry section 3).
 
-use super::constants::{LEAST_RATE_SPAN_S, MOST_RATE_ERROR};
-use super::raw::{RawScan, TimeSample};
+use super::constants::{MAX_RATE_ERROR, MIN_RATE_SPAN_S, STAMP_ROUNDING_S};
+use super::raw::{StampedScan, TimeSample};
 
 /// `host_s = anchor_host_s + rate (sensor_s - anchor_sensor_s)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SensorClock {
+pub(super) struct SensorClock {
     anchor_host_s: f64,
     anchor_sensor_s: f64,
     /// Host seconds per sensor second.
-    pub rate: f64,
-    /// Half the shortest round trip behind the offset, seconds: the bound of its error.
-    pub uncertainty_s: f64,
+    pub(super) rate: f64,
+    /// Bound of the error of the offset, seconds: half the shortest round trip.
+    pub(super) uncertainty_s: f64,
 }
 
-/// Why no clock could be fitted.
+/// Why no clock can be fitted.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ClockError {
-    /// There was no exchange of time.
+    /// No exchange of time.
     #[error("no time exchange with the laser was answered")]
     NoSamples,
-    /// The two clocks do not run alike.
+    /// The rates of the two clocks differ too much.
     #[error("laser clock runs at {0:.4} of the host's, expected within 1.3 % of it")]
     Rate(f64),
-    /// A scan came before it was taken.
-    #[error("a scan arrived {0:.3} s before the laser clock says it began")]
+    /// A scan arrived before it was measured.
+    #[error("a scan arrived {0:.3} s before its start by the laser clock")]
     EarlyScan(f64),
 }
 
 impl SensorClock {
-    /// Fits offset and rate. The offset is the exchange with the shortest round trip; the rate comes from the
-    /// best exchange at either end of the sweep, else from the scans' arrivals (lower envelope, Olson 2010).
+    /// Fits offset and rate. The offset is that of the exchange with the shortest round trip. The rate comes from it and the
+    /// best exchange at the other end of the sweep, else from the arrivals of the scans (lower envelope, Olson 2010).
     ///
     /// # Errors
     /// No exchange, an impossible rate, or scans that contradict it.
-    pub fn fit(samples: &[TimeSample], scans: &[RawScan]) -> Result<Self, ClockError> {
+    pub(super) fn fit(samples: &[TimeSample], scans: &[StampedScan]) -> Result<Self, ClockError> {
         let width = |s: &&TimeSample| s.received_s - s.sent_s;
         let best = |group: &mut dyn Iterator<Item = &TimeSample>| -> Option<TimeSample> {
             group.min_by(|a, b| width(a).total_cmp(&width(b))).copied()
         };
         let anchor = best(&mut samples.iter()).ok_or(ClockError::NoSamples)?;
-        let far = |s: &&TimeSample| (sensor_s(s) - sensor_s(&anchor)).abs() >= LEAST_RATE_SPAN_S;
+        let far = |s: &&TimeSample| (sensor_s(s) - sensor_s(&anchor)).abs() >= MIN_RATE_SPAN_S;
         let rate = match best(&mut samples.iter().filter(far)) {
             Some(other) => {
                 (middle_s(&other) - middle_s(&anchor)) / (sensor_s(&other) - sensor_s(&anchor))
             }
             None => arrival_rate(scans).unwrap_or(1.0),
         };
-        if (rate - 1.0).abs() > MOST_RATE_ERROR {
+        if (rate - 1.0).abs() > MAX_RATE_ERROR {
             return Err(ClockError::Rate(rate));
         }
         let clock = Self {
@@ -61,17 +61,16 @@ impl SensorClock {
     }
 
     /// Host time in seconds of a sensor stamp in milliseconds.
-    pub fn host_s(&self, stamp_ms: u64) -> f64 {
+    pub(super) fn host_s(&self, stamp_ms: u64) -> f64 {
         self.anchor_host_s + self.rate * (stamp_ms as f64 * 1e-3 - self.anchor_sensor_s)
     }
 
-    fn check(&self, scans: &[RawScan]) -> Result<(), ClockError> {
+    fn check(&self, scans: &[StampedScan]) -> Result<(), ClockError> {
         let earliest = scans
             .iter()
             .map(|scan| scan.arrived_s - self.host_s(scan.stamp_ms))
             .fold(f64::INFINITY, f64::min);
-        // A millisecond is lost to rounding of the stamp.
-        if earliest < -self.uncertainty_s - 1e-3 {
+        if earliest < -self.uncertainty_s - STAMP_ROUNDING_S {
             return Err(ClockError::EarlyScan(-earliest));
         }
         Ok(())
@@ -86,23 +85,26 @@ fn middle_s(sample: &TimeSample) -> f64 {
     (sample.sent_s + sample.received_s) / 2.0
 }
 
-/// Rate from the earliest arrival (over its stamp) in the first and last third of the scans.
-fn arrival_rate(scans: &[RawScan]) -> Option<f64> {
+/// Rate from the scans with the least delay in the first and in the last third.
+fn arrival_rate(scans: &[StampedScan]) -> Option<f64> {
     let third = scans.len() / 3;
     let early = earliest(&scans[..third])?;
     let late = earliest(&scans[scans.len() - third..])?;
     let span_s = (late.stamp_ms as f64 - early.stamp_ms as f64) * 1e-3;
-    (span_s >= LEAST_RATE_SPAN_S).then(|| (late.arrived_s - early.arrived_s) / span_s)
+    (span_s >= MIN_RATE_SPAN_S).then(|| (late.arrived_s - early.arrived_s) / span_s)
 }
 
-fn earliest(scans: &[RawScan]) -> Option<&RawScan> {
-    let lag = |scan: &RawScan| scan.arrived_s - scan.stamp_ms as f64 * 1e-3;
-    scans.iter().min_by(|a, b| lag(a).total_cmp(&lag(b)))
+/// The scan with the least delay between stamp and arrival.
+fn earliest(scans: &[StampedScan]) -> Option<&StampedScan> {
+    let delay_s = |scan: &StampedScan| scan.arrived_s - scan.stamp_ms as f64 * 1e-3;
+    scans
+        .iter()
+        .min_by(|a, b| delay_s(a).total_cmp(&delay_s(b)))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{ClockError, RawScan, SensorClock, TimeSample};
+    use super::{ClockError, SensorClock, StampedScan, TimeSample};
 
     /// A sensor whose 1000 ms are 998.67 host ms (scip2 section 8), switched on at host second 50.
     fn host_of(sensor_s: f64) -> f64 {
@@ -117,12 +119,12 @@ mod tests {
         }
     }
 
-    fn scans(delay_s: f64) -> Vec<RawScan> {
+    fn scans(delay_s: f64) -> Vec<StampedScan> {
         (0..120)
             .map(|i| {
                 let sensor_s = 101.0 + 0.1 * f64::from(i);
                 let jitter_s = 0.002 * f64::from(i % 7);
-                RawScan {
+                StampedScan {
                     stamp_ms: (sensor_s * 1e3).round() as u64,
                     arrived_s: host_of(sensor_s) + delay_s + jitter_s,
                     values: Vec::new(),

@@ -1,27 +1,29 @@
-//! Takes scans, head positions and clocks, gives one view of the place with its quality (sweep-geometry).
+//! Sweeps: scans, head positions and clocks to one view and its quality; calibration of the mount (sweep-geometry).
 
 mod assemble;
-mod attitude;
 mod blind;
 mod calibration;
 mod clock;
 mod constants;
-mod leg_tilt;
+mod error;
 mod lines;
 mod origin;
+mod pan_segment_tilt;
 mod quality;
 mod raw;
-mod record;
+mod raw_codec;
+mod tilt_motion;
 
-pub use assemble::{LegPart, Sweep, SweepError, assemble, assemble_with};
-pub use attitude::{Attitude, AttitudeError};
+pub use assemble::{PanSegmentPart, Sweep, assemble};
 pub use calibration::{
-    Calibration, CalibrationBeam, CalibrationError, Estimate, Parameter, Present, calibrate,
-    calibration_beams,
+    Calibration, CalibrationBeam, CalibrationError, CalibrationParameter, ParameterEstimate,
+    calibrate, calibration_beams,
 };
-pub use clock::{ClockError, SensorClock};
+pub use clock::ClockError;
 pub use constants::{FREE_RANGE_M, URG_NOISE};
-pub use lines::LegLines;
-pub use quality::Quality;
-pub use raw::{Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
-pub use record::{RecordError, decode, encode};
+pub use error::SweepError;
+pub use lines::PanSegmentLines;
+pub use quality::SweepQuality;
+pub use raw::{HeadMotion, PanSegment, PositionPoll, RawSweep, StampedScan, TimeSample};
+pub use raw_codec::{RawSweepError, decode_raw_sweep, encode_raw_sweep};
+pub use tilt_motion::TiltMotionError;

@@ -1,52 +1,53 @@
-//! How good a sweep is: the figures that the verdict reads.
+//! How good the raw data of a sweep are.
 
 use super::constants::{
-    LEAST_HIT_SHARE, MOST_BLIND_LINES, MOST_DISPLACEMENT_PITCHES, MOST_GAP_PITCHES, MOST_GAP_RAD,
+    MAX_BLIND_LINES, MAX_DISPLACEMENT_PITCHES, MAX_GAP_PITCHES, MAX_GAP_RAD, MIN_HIT_SHARE,
 };
-use super::lines::LegLines;
+use super::lines::PanSegmentLines;
 use serde::{Deserialize, Serialize};
 
-/// Quality figures of one sweep.
+/// How good the raw data of a sweep are. Stored and reported as JSON.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Quality {
-    /// Lines that the plan asks for.
+pub struct SweepQuality {
+    /// Lines of the plan.
     pub lines_expected: usize,
-    /// Lines that came, in each leg no more than it was asked for.
+    /// Lines measured, in each pan segment at most those of the plan.
     pub lines_got: usize,
-    /// Places where scans between two others are missing.
+    /// Number of times that scans between two others are missing.
     pub gaps: usize,
     /// Most lines missing in a row.
     pub widest_gap_lines: usize,
-    /// Widest angle without a line inside any leg's tilt range, radians.
+    /// Widest angle without a line inside the tilt range of any pan segment, radians.
     pub widest_gap_rad: f64,
-    /// Pitch of the lines that was asked for, radians.
+    /// Planned angle between lines, radians.
     pub line_pitch_rad: f64,
-    /// The lines of each leg.
-    pub legs: Vec<LegLines>,
-    /// Share of beams that hit something.
+    /// The lines of each pan segment.
+    #[serde(rename = "legs")]
+    pub pan_segments: Vec<PanSegmentLines>,
+    /// Share of beams with a return.
     pub hit_share: f64,
-    /// Share of beams with nothing there.
+    /// Share of beams of which nothing came back.
     pub no_return_share: f64,
     /// Largest distance of a position poll from the fitted motion, counts.
     pub position_residual_steps: f64,
     /// The same, radians.
     pub position_residual_rad: f64,
-    /// Bound of the clock offset's error, seconds.
+    /// Bound of the error of the clock offset, seconds.
     pub clock_uncertainty_s: f64,
-    /// What the head tilts in that time, radians.
+    /// Tilt of the head in that time, radians.
     pub clock_uncertainty_rad: f64,
     /// Host seconds per laser second.
     pub clock_rate: f64,
     /// Whether scans repeat each other.
     pub frozen: bool,
-    /// Lines of which a whole sector tells nothing; none in records older than this figure.
+    /// Lines with a blind sector; 0 in older records, which lack the key.
     #[serde(default)]
     pub blind_lines: usize,
 }
 
-impl Quality {
-    /// Why the sweep must not be judged, nor become a reference; `None` where it is good. `max_missing_lines` is the
-    /// largest share of its lines that any leg may miss.
+impl SweepQuality {
+    /// Why the sweep must neither be compared nor become a reference; `None` if it is good. `max_missing_lines` is the largest
+    /// share of lines that any pan segment may miss.
     pub fn fault(&self, max_missing_lines: f64) -> Option<String> {
         if self.frozen {
             return Some("frozen laser data: scans repeat each other".to_owned());
@@ -54,8 +55,8 @@ impl Quality {
         self.incomplete(max_missing_lines)
             .or_else(|| self.displaced())
             .or_else(|| {
-                let enough = self.hit_share >= LEAST_HIT_SHARE;
-                (!enough).then(|| {
+                let sees = self.hit_share >= MIN_HIT_SHARE;
+                (!sees).then(|| {
                     format!(
                         "blind laser: {:.1} % of the beams hit anything; is the lens covered?",
                         100.0 * self.hit_share
@@ -63,10 +64,10 @@ impl Quality {
                 })
             })
             .or_else(|| {
-                let sees = self.blind_lines < MOST_BLIND_LINES;
+                let sees = self.blind_lines < MAX_BLIND_LINES;
                 (!sees).then(|| {
                     format!(
-                        "blind laser: {} lines tell nothing of a whole sector; is the lens covered in part?",
+                        "blind laser: {} lines have no measurement in a whole sector; is the lens covered in part?",
                         self.blind_lines
                     )
                 })
@@ -74,27 +75,31 @@ impl Quality {
     }
 
     fn incomplete(&self, max_missing_lines: f64) -> Option<String> {
-        let whole = LegLines {
+        let all = PanSegmentLines {
             pan_rad: 0.0,
             expected: self.lines_expected,
             got: self.lines_got,
         };
-        if !whole.complete(max_missing_lines) {
+        if !all.is_complete(max_missing_lines) {
             return Some(format!(
                 "incomplete sweep: {} of {} lines",
-                whole.got, whole.expected
+                all.got, all.expected
             ));
         }
-        if let Some(leg) = self.legs.iter().find(|l| !l.complete(max_missing_lines)) {
+        if let Some(segment) = self
+            .pan_segments
+            .iter()
+            .find(|lines| !lines.is_complete(max_missing_lines))
+        {
             return Some(format!(
                 "incomplete sweep: {} of {} lines at pan {:.1} deg",
-                leg.got,
-                leg.expected,
-                leg.pan_rad.to_degrees()
+                segment.got,
+                segment.expected,
+                segment.pan_rad.to_degrees()
             ));
         }
-        let most_rad = MOST_GAP_RAD.max(MOST_GAP_PITCHES * self.line_pitch_rad);
-        let dense = self.widest_gap_rad <= most_rad;
+        let max_rad = MAX_GAP_RAD.max(MAX_GAP_PITCHES * self.line_pitch_rad);
+        let dense = self.widest_gap_rad <= max_rad;
         (!dense).then(|| {
             format!(
                 "gap in the sweep: {} lines missing in a row, {:.1} deg without any",
@@ -104,8 +109,9 @@ impl Quality {
         })
     }
 
+    /// Whether the clock or the head is too uncertain for the distance of the lines.
     fn displaced(&self) -> Option<String> {
-        let most_rad = MOST_DISPLACEMENT_PITCHES * self.line_pitch_rad;
+        let max_rad = MAX_DISPLACEMENT_PITCHES * self.line_pitch_rad;
         let reasons = [
             (
                 self.clock_uncertainty_rad,
@@ -122,15 +128,15 @@ impl Quality {
                 ),
             ),
         ];
-        // A figure that is no number is no proof of quality.
-        let bad = reasons.into_iter().find(|(rad, _)| {
-            let small = *rad <= most_rad;
+        // NaN is no proof of quality: it must not pass.
+        let (rad, reason) = reasons.into_iter().find(|(rad, _)| {
+            let small = *rad <= max_rad;
             !small
         })?;
         Some(format!(
             "{}, {:.2} deg of tilt at lines {:.2} deg apart",
-            bad.1,
-            bad.0.to_degrees(),
+            reason,
+            rad.to_degrees(),
             self.line_pitch_rad.to_degrees()
         ))
     }
@@ -138,26 +144,26 @@ impl Quality {
 
 #[cfg(test)]
 mod tests {
-    use super::Quality;
-    use crate::sweep::LegLines;
+    use super::SweepQuality;
+    use crate::sweep::PanSegmentLines;
 
-    fn leg(expected: usize, got: usize) -> LegLines {
-        LegLines {
+    fn lines(expected: usize, got: usize) -> PanSegmentLines {
+        PanSegmentLines {
             pan_rad: 0.5,
             expected,
             got,
         }
     }
 
-    fn good() -> Quality {
-        Quality {
+    fn good() -> SweepQuality {
+        SweepQuality {
             lines_expected: 240,
             lines_got: 239,
             gaps: 1,
             widest_gap_lines: 1,
             widest_gap_rad: 0.0174,
             line_pitch_rad: 0.0087,
-            legs: vec![leg(120, 120), leg(120, 119)],
+            pan_segments: vec![lines(120, 120), lines(120, 119)],
             hit_share: 0.6,
             no_return_share: 0.3,
             position_residual_steps: 0.4,
@@ -171,29 +177,29 @@ mod tests {
     }
 
     #[test]
-    fn each_fault_has_its_word() {
+    fn each_fault_is_reported() {
         assert_eq!(good().fault(0.05), None);
-        let told = |spoil: &dyn Fn(&mut Quality), word: &str| {
+        let check = |spoil: &dyn Fn(&mut SweepQuality), text: &str| {
             let mut quality = good();
             spoil(&mut quality);
             let fault = quality.fault(0.05).unwrap_or_default();
-            assert!(fault.contains(word), "{fault:?} instead of {word:?}");
+            assert!(fault.contains(text), "{fault:?} instead of {text:?}");
         };
-        told(&|q| q.lines_got = 200, "200 of 240 lines");
-        told(&|q| q.frozen = true, "frozen");
-        told(&|q| q.hit_share = 0.01, "blind");
-        told(&|q| q.hit_share = f64::NAN, "blind");
-        told(&|q| q.blind_lines = 10, "covered in part");
-        told(&|q| q.clock_uncertainty_rad = 0.009, "uncertain clock");
-        told(&|q| q.position_residual_rad = 0.009, "uncertain head");
-        told(&|q| q.position_residual_rad = f64::NAN, "uncertain head");
+        check(&|q| q.lines_got = 200, "200 of 240 lines");
+        check(&|q| q.frozen = true, "frozen");
+        check(&|q| q.hit_share = 0.01, "blind");
+        check(&|q| q.hit_share = f64::NAN, "blind");
+        check(&|q| q.blind_lines = 10, "covered in part");
+        check(&|q| q.clock_uncertainty_rad = 0.009, "uncertain clock");
+        check(&|q| q.position_residual_rad = 0.009, "uncertain head");
+        check(&|q| q.position_residual_rad = f64::NAN, "uncertain head");
     }
 
     #[test]
-    fn a_leg_is_not_made_whole_by_another() {
-        let quality = Quality {
+    fn lines_of_one_pan_do_not_replace_those_of_another() {
+        let quality = SweepQuality {
             lines_got: 230,
-            legs: vec![leg(120, 120), leg(120, 110)],
+            pan_segments: vec![lines(120, 120), lines(120, 110)],
             ..good()
         };
         let fault = quality.fault(0.05).unwrap_or_default();
@@ -202,7 +208,7 @@ mod tests {
 
     #[test]
     fn six_lines_missing_in_a_row_are_a_fault_though_few() {
-        let gap = |missing: usize, pitch_rad: f64| Quality {
+        let gap = |missing: usize, pitch_rad: f64| SweepQuality {
             widest_gap_lines: missing,
             widest_gap_rad: pitch_rad * (missing + 1) as f64,
             line_pitch_rad: pitch_rad,
@@ -211,7 +217,7 @@ mod tests {
         let fault = gap(6, 0.0087).fault(0.05).unwrap_or_default();
         assert!(fault.contains("6 lines missing in a row"), "{fault}");
         assert_eq!(gap(2, 0.0087).fault(0.05), None);
-        // Wide lines were asked for: what lies between two of them is nobody's fault.
+        // A wide pitch was planned: what lies between two lines is no fault.
         assert_eq!(gap(0, 0.06).fault(0.05), None);
         assert!(gap(1, 0.06).fault(0.05).is_some());
     }

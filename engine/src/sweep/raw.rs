@@ -1,9 +1,9 @@
-//! The raw data of a sweep, as the devices gave it: kept beside the points, enough to assemble them again.
+//! The raw data of a sweep, from which the points can be assembled again.
 
 use crate::geometry::Mount;
-use crate::scan::Optics;
+use crate::scan::ScanGeometry;
 
-/// One exchange of time with the sensor: its clock read `stamp_ms` some time between the two instants.
+/// One exchange of time with the sensor: its clock was `stamp_ms` some time between request and reply.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeSample {
     /// Request sent, host seconds.
@@ -14,66 +14,66 @@ pub struct TimeSample {
     pub stamp_ms: u64,
 }
 
-/// One position asked of the head: it was latched some time between the two instants.
+/// One position query to the head: it was latched some time between request and reply.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Poll {
+pub struct PositionPoll {
     /// Request sent, host seconds.
     pub sent_s: f64,
     /// First byte of the reply, host seconds.
     pub received_s: f64,
-    /// Tilt, in counts of the head (positions).
+    /// Tilt, in position counts of the head.
     pub tilt_steps: i32,
 }
 
-/// One revolution.
+/// The scan of one revolution.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RawScan {
-    /// Sensor clock when the head passed step 0, milliseconds, unwrapped.
+pub struct StampedScan {
+    /// Sensor clock at step 0, milliseconds, unwrapped.
     pub stamp_ms: u64,
-    /// First byte at the host, host seconds.
+    /// Arrival of the first byte, host seconds.
     pub arrived_s: f64,
-    /// Millimetres, or codes below DMIN.
+    /// One per beam: millimetres, or codes below DMIN (scip2 section 7).
     pub values: Vec<u32>,
 }
 
-/// How the head moved while the scans of a leg were taken.
+/// How the head moved during a pan segment.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Motion {
-    /// Tilting at a constant speed, counts per second (signed).
+pub enum HeadMotion {
+    /// Continuous tilt at a constant speed.
     Tilting {
-        /// The commanded speed.
+        /// The commanded speed, counts per second, signed.
         speed_steps_s: f64,
     },
-    /// Standing; `tilt_steps[i]` is the confirmed position during scan `i`.
-    Standing {
-        /// One position per scan.
+    /// The head stopped for every scan.
+    StepAndStare {
+        /// The confirmed position during each scan, counts.
         tilt_steps: Vec<i32>,
     },
 }
 
-/// The scans of one pan.
+/// The scans at one pan.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Leg {
+pub struct PanSegment {
     /// Pan, radians.
     pub pan_rad: f64,
-    /// How the head moved.
-    pub motion: Motion,
+    /// How the head moved meanwhile.
+    pub motion: HeadMotion,
     /// The scans, in order.
-    pub scans: Vec<RawScan>,
-    /// Positions asked while they came; empty when standing.
-    pub polls: Vec<Poll>,
-    /// Time exchanges before and after.
+    pub scans: Vec<StampedScan>,
+    /// Position queries during the scans; none for step-and-stare.
+    pub polls: Vec<PositionPoll>,
+    /// Time exchanges before and after the scans.
     pub time_samples: Vec<TimeSample>,
 }
 
-/// All legs of one sweep and what is needed to read them.
+/// The raw data of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RawSweep {
-    /// The laser's beams.
-    pub optics: Optics,
-    /// Where the laser sat when the sweep was taken.
+    /// The beams of the laser.
+    pub scan_geometry: ScanGeometry,
+    /// The mount of the laser when the sweep was taken.
     pub mount: Mount,
-    /// Radians of tilt per count, signed, and radians at count 0.
+    /// Tilt per count, radians, signed.
     pub tilt_rad_per_step: f64,
     /// Tilt at count 0, radians.
     pub tilt_zero_rad: f64,
@@ -81,13 +81,13 @@ pub struct RawSweep {
     pub tilt_low_rad: f64,
     /// Highest tilt that belongs to the sweep, radians.
     pub tilt_high_rad: f64,
-    /// Added to every instant of the laser before the head's tilt is asked for, seconds (tau of sweep-geometry section 5).
+    /// Added to the time of a beam before the tilt at that time is computed, seconds (tau of sweep-geometry section 5).
     pub time_offset_s: f64,
-    /// Angle by which the tilt of a travel up and of one down differ at the same count, radians: half of it is what the
-    /// laser lags behind the count in its direction of travel (b of sweep-geometry section 5).
+    /// Difference of the tilt between a travel up and one down at the same count, radians: the laser lags behind the count
+    /// by half of it (b of sweep-geometry section 5).
     pub tilt_backlash_rad: f64,
-    /// Pitch of the lines that was asked for, radians.
+    /// Planned angle between lines, radians.
     pub line_pitch_rad: f64,
-    /// One leg per pan.
-    pub legs: Vec<Leg>,
+    /// One per pan.
+    pub pan_segments: Vec<PanSegment>,
 }

@@ -1,39 +1,42 @@
-//! What differs between the two visits.
+//! Changes between the two visits.
 
-use super::builder::{ball, cuboid, cylinder};
-use super::constants::{FURTHEST_M, GAP_M, LEAST_MOVE, LEAST_SWING_DEG};
-use super::draw::Draw;
-use super::place::{Block, Place, Support, thing_of};
+use super::builder::{cuboid, cylinder, sphere};
+use super::constants::{
+    BALL_TRIES, GAP_M, LASER_OVER_BASE_M, MAX_DISTANCE_M, MIN_MOVE_SIZES, MIN_SWING_DEG,
+    POSITION_TRIES,
+};
+use super::place::{OccupiedBox, SimulatedPlace, SupportSurface, object_name};
+use super::seeded_rng::SeededRng;
 use nalgebra::Point3;
-use patrold_sim::world::{Body, Object, PersonTable};
+use patrold_sim::world::{Body, PersonTable, SceneObject};
 
 /// A class of change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Change {
-    /// None.
+pub enum ChangeClass {
+    /// No change.
     Quiet,
-    /// A person has come.
+    /// A new person.
     Person,
-    /// A door has been opened, closed or moved.
+    /// A door opened, closed or moved.
     Door,
-    /// A box with sides of 0.3 m and more has come.
+    /// A new box with sides of 0.3 m and more.
     Box,
-    /// A pillar has come.
+    /// A new pillar.
     Pillar,
-    /// A thing has gone.
+    /// An object removed.
     Removed,
-    /// A thing has moved by more than its size.
+    /// An object moved by more than its size.
     Moved,
-    /// A ball of 0.3 m at 3 m has come.
+    /// A new ball of 0.3 m at 3 m.
     Ball30,
-    /// A ball of 0.2 m at 2.5 m has come.
+    /// A new ball of 0.2 m at 2.5 m.
     Ball20,
-    /// A ball of 0.1 m at 1 m has come.
+    /// A new ball of 0.1 m at 1 m.
     Ball10,
 }
 
-impl Change {
-    /// Large changes.
+impl ChangeClass {
+    /// The large changes.
     pub const LARGE: [Self; 6] = [
         Self::Person,
         Self::Door,
@@ -42,11 +45,11 @@ impl Change {
         Self::Removed,
         Self::Moved,
     ];
-    /// Balls.
+    /// The balls.
     pub const BALLS: [Self; 3] = [Self::Ball30, Self::Ball20, Self::Ball10];
 
-    /// Its word in names and tables.
-    pub fn word(self) -> &'static str {
+    /// The name in names of pairs and in tables.
+    pub fn as_str(self) -> &'static str {
         match self {
             Self::Quiet => "quiet",
             Self::Person => "person",
@@ -72,35 +75,37 @@ impl Change {
     }
 }
 
-/// A place as it was and as it is.
+/// A place before and after a change.
 #[derive(Debug, Clone)]
-pub struct Changed {
-    /// As it was.
-    pub before: Place,
-    /// As it is; the robot's stand is that of the reference.
-    pub after: Place,
-    /// Things that came, went or moved.
-    pub things: Vec<String>,
-    /// In a word or two.
-    pub told: String,
+pub(crate) struct ChangedPlace {
+    pub before: SimulatedPlace,
+    /// With the robot's pose of `before`.
+    pub after: SimulatedPlace,
+    /// Names of the objects that appeared, disappeared or moved.
+    pub objects: Vec<String>,
+    pub description: String,
 }
 
-/// A name that nothing of a place has.
-const NEW: &str = "new";
+/// Name of a new object; no object of a place has it.
+const NEW_OBJECT: &str = "new";
 
-/// Makes one change of this class in `place`; `None` where chance found no room for it.
-pub fn make(change: Change, place: &Place, draw: &mut Draw) -> Option<Changed> {
+/// One random change of this class in `place`; `None` where there is no room for it.
+pub(crate) fn apply_change(
+    change: ChangeClass,
+    place: &SimulatedPlace,
+    rng: &mut SeededRng,
+) -> Option<ChangedPlace> {
     match change {
-        Change::Quiet => Some(Changed {
+        ChangeClass::Quiet => Some(ChangedPlace {
             before: place.clone(),
             after: place.clone(),
-            things: Vec::new(),
-            told: "nothing".to_owned(),
+            objects: Vec::new(),
+            description: "nothing".to_owned(),
         }),
-        Change::Person => {
-            let height_m = draw.within(1.5, 1.95);
-            let at = spot(place, draw, [0.28; 2], height_m, true)?;
-            let yaw_deg = draw.within(-180.0, 180.0);
+        ChangeClass::Person => {
+            let height_m = rng.uniform(1.5, 1.95);
+            let at = free_position(place, rng, [0.28; 2], height_m, true)?;
+            let yaw_deg = rng.uniform(-180.0, 180.0);
             let person = PersonTable {
                 name: None,
                 reflectance: None,
@@ -108,170 +113,171 @@ pub fn make(change: Change, place: &Place, draw: &mut Draw) -> Option<Changed> {
                 height_m,
                 yaw_deg,
             };
-            Some(come(place, Body::Person(person), "person"))
+            Some(add_object(place, Body::Person(person), "person"))
         }
-        Change::Box => {
-            let size = [0, 1, 2].map(|_| draw.within(0.3, 0.8));
+        ChangeClass::Box => {
+            let size = [0, 1, 2].map(|_| rng.uniform(0.3, 0.8));
             let reach = 0.5 * f64::hypot(size[0], size[1]);
-            let floor = draw.chance(0.8);
-            let at = spot(place, draw, [reach; 2], size[2], floor)?;
-            let yaw_deg = draw.within(-180.0, 180.0);
+            let floor = rng.chance(0.8);
+            let at = free_position(place, rng, [reach; 2], size[2], floor)?;
+            let yaw_deg = rng.uniform(-180.0, 180.0);
             let centre = [at.x, at.y, at.z + size[2] / 2.0];
-            Some(come(place, cuboid(centre, size, yaw_deg), "box"))
+            Some(add_object(place, cuboid(centre, size, yaw_deg), "box"))
         }
-        Change::Pillar => {
-            let (radius, height) = (draw.within(0.1, 0.3), draw.within(1.0, 2.2));
-            let at = spot(place, draw, [radius; 2], height, true)?;
+        ChangeClass::Pillar => {
+            let (radius, height) = (rng.uniform(0.1, 0.3), rng.uniform(1.0, 2.2));
+            let at = free_position(place, rng, [radius; 2], height, true)?;
             let centre = [at.x, at.y, at.z + height / 2.0];
             let body = cylinder(centre, [0.0, 0.0, 1.0], radius, height);
-            Some(come(place, body, "pillar"))
+            Some(add_object(place, body, "pillar"))
         }
-        Change::Removed => {
-            let thing = draw.pick(&place.removable)?.clone();
+        ChangeClass::Removed => {
+            let removed = rng.choose(&place.removable)?.clone();
             let mut after = place.clone();
-            after.objects.retain(|o| thing_of(&o.name) != thing);
-            Some(Changed {
+            after.objects.retain(|o| object_name(&o.name) != removed);
+            Some(ChangedPlace {
                 before: place.clone(),
                 after,
-                told: format!("{thing} taken away"),
-                things: vec![thing],
+                description: format!("{removed} taken away"),
+                objects: vec![removed],
             })
         }
-        Change::Moved => moved(place, draw),
-        Change::Door => door(place, draw),
-        Change::Ball30 | Change::Ball20 | Change::Ball10 => {
+        ChangeClass::Moved => move_object(place, rng),
+        ChangeClass::Door => swing_door(place, rng),
+        ChangeClass::Ball30 | ChangeClass::Ball20 | ChangeClass::Ball10 => {
             let (diameter_m, distance_m) = change.ball()?;
-            ball_at(place, draw, diameter_m / 2.0, distance_m)
+            add_ball(place, rng, diameter_m / 2.0, distance_m)
         }
     }
 }
 
-fn come(place: &Place, body: Body, told: &str) -> Changed {
+fn add_object(place: &SimulatedPlace, body: Body, description: &str) -> ChangedPlace {
     let mut after = place.clone();
-    after.objects.push(Object {
-        name: NEW.to_owned(),
+    after.objects.push(SceneObject {
+        name: NEW_OBJECT.to_owned(),
         body,
     });
-    Changed {
+    ChangedPlace {
         before: place.clone(),
         after,
-        things: vec![NEW.to_owned()],
-        told: told.to_owned(),
+        objects: vec![NEW_OBJECT.to_owned()],
+        description: description.to_owned(),
     }
 }
 
-/// A free place within the laser's reach for something of this footprint and height, on the floor or on a top.
-fn spot(
-    place: &Place,
-    draw: &mut Draw,
+/// A free position within the laser's reach for an object of this footprint and height, on the floor or on furniture.
+fn free_position(
+    place: &SimulatedPlace,
+    rng: &mut SeededRng,
     half: [f64; 2],
     height_m: f64,
     floor: bool,
 ) -> Option<Point3<f64>> {
-    const TRIES: usize = 60;
-    let blocks = place.blocks();
-    let supports: Vec<&Support> = place.supports.iter().filter(|s| s.floor == floor).collect();
-    for _ in 0..TRIES {
-        let support = draw.pick(&supports)?;
+    let occupied = place.occupied();
+    let supports: Vec<&SupportSurface> =
+        place.supports.iter().filter(|s| s.floor == floor).collect();
+    for _ in 0..POSITION_TRIES {
+        let support = rng.choose(&supports)?;
         let margin = half[0].max(half[1]);
-        let Some(at) = support.draw(draw, margin * 0.8) else {
+        let Some(at) = support.random_point(rng, margin * 0.8) else {
             continue;
         };
-        let own = Block::standing(at, half, height_m);
-        let away = f64::hypot(at.x - place.stand.x_m, at.y - place.stand.y_m);
-        if away < FURTHEST_M && blocks.iter().all(|b| !b.meets(&own, GAP_M)) {
+        let own = OccupiedBox::standing(at, half, height_m);
+        let away = f64::hypot(at.x - place.robot_pose.x_m, at.y - place.robot_pose.y_m);
+        if away < MAX_DISTANCE_M && occupied.iter().all(|b| !b.collides(&own, GAP_M)) {
             return Some(at);
         }
     }
     None
 }
 
-fn bounds_of(place: &Place, thing: &str) -> Option<Block> {
-    let own: Vec<Object> = place
+fn bounds_of(place: &SimulatedPlace, name: &str) -> Option<OccupiedBox> {
+    let own: Vec<SceneObject> = place
         .objects
         .iter()
-        .filter(|o| thing_of(&o.name) == thing)
+        .filter(|o| object_name(&o.name) == name)
         .cloned()
         .collect();
-    Block::all_of(&own).into_iter().reduce(|a, b| Block {
-        low: [0, 1, 2].map(|i| a.low[i].min(b.low[i])),
-        high: [0, 1, 2].map(|i| a.high[i].max(b.high[i])),
-    })
+    OccupiedBox::of_objects(&own)
+        .into_iter()
+        .reduce(|a, b| OccupiedBox {
+            low: [0, 1, 2].map(|i| a.low[i].min(b.low[i])),
+            high: [0, 1, 2].map(|i| a.high[i].max(b.high[i])),
+        })
 }
 
-/// A removable thing, elsewhere on the floor: further than its own size.
-fn moved(place: &Place, draw: &mut Draw) -> Option<Changed> {
-    let thing = draw.pick(&place.removable)?.clone();
-    let was = bounds_of(place, &thing)?;
-    let size = [0, 1, 2].map(|i| was.high[i] - was.low[i]);
+/// A removable object elsewhere on the floor: further away than its own size.
+fn move_object(place: &SimulatedPlace, rng: &mut SeededRng) -> Option<ChangedPlace> {
+    let name = rng.choose(&place.removable)?.clone();
+    let old = bounds_of(place, &name)?;
+    let size = [0, 1, 2].map(|i| old.high[i] - old.low[i]);
     let mut without = place.clone();
-    without.objects.retain(|o| thing_of(&o.name) != thing);
+    without.objects.retain(|o| object_name(&o.name) != name);
     let half = [size[0] / 2.0, size[1] / 2.0];
-    let at = spot(&without, draw, half, size[2], true)?;
+    let at = free_position(&without, rng, half, size[2], true)?;
     let shift = [
-        at.x - (was.low[0] + was.high[0]) / 2.0,
-        at.y - (was.low[1] + was.high[1]) / 2.0,
-        at.z - was.low[2],
+        at.x - (old.low[0] + old.high[0]) / 2.0,
+        at.y - (old.low[1] + old.high[1]) / 2.0,
+        at.z - old.low[2],
     ];
-    if f64::hypot(shift[0], shift[1]) < LEAST_MOVE * f64::hypot(size[0], size[1]) {
+    if f64::hypot(shift[0], shift[1]) < MIN_MOVE_SIZES * f64::hypot(size[0], size[1]) {
         return None;
     }
     let mut after = place.clone();
     for object in &mut after.objects {
-        if thing_of(&object.name) == thing {
-            let (_, at) = object.body.place();
+        if object_name(&object.name) == name {
+            let (_, at) = object.body.position_mut();
             *at = [0, 1, 2].map(|i| at[i] + shift[i]);
         }
     }
-    Some(Changed {
+    Some(ChangedPlace {
         before: place.clone(),
         after,
-        told: format!("{thing} moved by {:.2} m", f64::hypot(shift[0], shift[1])),
-        things: vec![thing],
+        description: format!("{name} moved by {:.2} m", f64::hypot(shift[0], shift[1])),
+        objects: vec![name],
     })
 }
 
-/// A door at another angle; it passes through nothing.
-fn door(place: &Place, draw: &mut Draw) -> Option<Changed> {
-    let name = draw.pick(&place.doors)?.clone();
+/// A door at another angle; it does not swing into the robot.
+fn swing_door(place: &SimulatedPlace, rng: &mut SeededRng) -> Option<ChangedPlace> {
+    let name = rng.choose(&place.doors)?.clone();
     let mut after = place.clone();
     let object = after.objects.iter_mut().find(|o| o.name == name)?;
     let Body::Door(leaf) = &mut object.body else {
         return None;
     };
-    let was = leaf.angle_deg;
-    // The leaf swings to the side of its hinge: shut it points along the wall, so the sign says which way is in.
-    let inward = swing(leaf.hinge, leaf.yaw_deg);
-    leaf.angle_deg = if was != 0.0 && draw.chance(0.5) {
+    let old_deg = leaf.angle_deg;
+    let inward = inward_sign(leaf.hinge, leaf.yaw_deg);
+    leaf.angle_deg = if old_deg != 0.0 && rng.chance(0.5) {
         0.0
     } else {
-        inward * draw.within(LEAST_SWING_DEG, 105.0)
+        inward * rng.uniform(MIN_SWING_DEG, 105.0)
     };
-    let now = leaf.angle_deg;
-    if (now - was).abs() < LEAST_SWING_DEG {
+    let new_deg = leaf.angle_deg;
+    if (new_deg - old_deg).abs() < MIN_SWING_DEG {
         return None;
     }
-    let leaf = Object {
+    let leaf = SceneObject {
         name: name.clone(),
         body: object.body.clone(),
     };
-    let swung = Block::all_of(std::slice::from_ref(&leaf));
-    let robot = place.robot();
-    if swung.iter().any(|b| b.meets(&robot, 0.0)) {
+    let swung = OccupiedBox::of_objects(std::slice::from_ref(&leaf));
+    let robot = place.robot_box();
+    if swung.iter().any(|b| b.collides(&robot, 0.0)) {
         return None;
     }
-    Some(Changed {
+    Some(ChangedPlace {
         before: place.clone(),
         after,
-        told: format!("{name} from {was:.0} to {now:.0} deg"),
-        things: vec![name],
+        description: format!("{name} from {old_deg:.0} to {new_deg:.0} deg"),
+        objects: vec![name],
     })
 }
 
 /// Sign of the angles that open a door into the room about the origin.
-fn swing(hinge: [f64; 3], yaw_deg: f64) -> f64 {
+fn inward_sign(hinge: [f64; 3], yaw_deg: f64) -> f64 {
     let (sin, cos) = (yaw_deg + 90.0).to_radians().sin_cos();
-    // Where a quarter turn to the left carries the leaf: towards the middle of the room or away from it.
+    // Whether a quarter turn to the left swings the leaf towards the middle of the room.
     if cos * -hinge[0] + sin * -hinge[1] > 0.0 {
         1.0
     } else {
@@ -279,65 +285,69 @@ fn swing(hinge: [f64; 3], yaw_deg: f64) -> f64 {
     }
 }
 
-/// A ball at this distance from the laser, on the floor, on furniture, or on a box that stood there before.
-fn ball_at(place: &Place, draw: &mut Draw, radius_m: f64, distance_m: f64) -> Option<Changed> {
-    const TRIES: usize = 40;
+/// A ball at this distance from the laser, on the floor, on furniture, or on a box that is there before, too.
+fn add_ball(
+    place: &SimulatedPlace,
+    rng: &mut SeededRng,
+    radius_m: f64,
+    distance_m: f64,
+) -> Option<ChangedPlace> {
     let mut before = place.clone();
-    let laser_z = place.base_height_m + super::builder::LASER_OVER_BASE_M;
-    let blocks = place.blocks();
-    for _ in 0..TRIES {
-        let support = draw.pick(&place.supports)?;
-        let (bearing, lift) = (draw.within(-2.0, 2.0), draw.within(0.2, 1.0));
-        let raised = support.floor && draw.chance(0.4);
-        let base_z = support.z_m + if raised { lift } else { 0.0 };
+    let laser_z = place.base_height_m + LASER_OVER_BASE_M;
+    let occupied = place.occupied();
+    for _ in 0..BALL_TRIES {
+        let support = rng.choose(&place.supports)?;
+        let (bearing, height) = (rng.uniform(-2.0, 2.0), rng.uniform(0.2, 1.0));
+        let raised = support.floor && rng.chance(0.4);
+        let base_z = support.z_m + if raised { height } else { 0.0 };
         let down = laser_z - (base_z + radius_m);
         let level_sq = distance_m * distance_m - down * down;
         if level_sq <= 0.0 {
             continue;
         }
-        let (sin, cos) = (place.stand.yaw_rad + bearing).sin_cos();
+        let (sin, cos) = (place.robot_pose.yaw_rad + bearing).sin_cos();
         let level = level_sq.sqrt();
         let at = Point3::new(
-            place.stand.x_m + level * cos,
-            place.stand.y_m + level * sin,
+            place.robot_pose.x_m + level * cos,
+            place.robot_pose.y_m + level * sin,
             base_z,
         );
-        if support.grade != 0.0 || !holds(support, [at.x, at.y], radius_m) {
+        if support.grade != 0.0 || !contains_disc(support, [at.x, at.y], radius_m) {
             continue;
         }
-        let own = Block::standing(at, [radius_m; 2], 2.0 * radius_m);
-        if blocks.iter().any(|b| b.meets(&own, 0.01)) {
+        let own = OccupiedBox::standing(at, [radius_m; 2], 2.0 * radius_m);
+        if occupied.iter().any(|b| b.collides(&own, 0.01)) {
             continue;
         }
         if raised {
-            let half = draw.within(0.08, 0.2);
+            let half = rng.uniform(0.08, 0.2);
             let foot = Point3::new(at.x, at.y, support.z_m);
-            let stand = Block::standing(foot, [half; 2], lift);
-            if blocks.iter().any(|b| b.meets(&stand, 0.01)) {
+            let pedestal = OccupiedBox::standing(foot, [half; 2], height);
+            if occupied.iter().any(|b| b.collides(&pedestal, 0.01)) {
                 continue;
             }
-            let centre = [at.x, at.y, support.z_m + lift / 2.0];
-            before.objects.push(Object {
+            let centre = [at.x, at.y, support.z_m + height / 2.0];
+            before.objects.push(SceneObject {
                 name: "pedestal".to_owned(),
-                body: cuboid(centre, [2.0 * half, 2.0 * half, lift], 0.0),
+                body: cuboid(centre, [2.0 * half, 2.0 * half, height], 0.0),
             });
         }
-        let body = ball([at.x, at.y, at.z + radius_m], radius_m);
+        let body = sphere([at.x, at.y, at.z + radius_m], radius_m);
         let on = if support.floor && !raised {
             "the floor"
         } else {
             "furniture"
         };
-        let told = format!("ball of {:.1} m on {on}", 2.0 * radius_m);
-        return Some(come(&before, body, &told));
+        let description = format!("ball of {:.1} m on {on}", 2.0 * radius_m);
+        return Some(add_object(&before, body, &description));
     }
     None
 }
 
-/// Whether a support reaches at least `margin_m` around a place.
-fn holds(support: &Support, place: [f64; 2], margin_m: f64) -> bool {
+/// Whether a support reaches `margin_m`, at most 5 cm, beyond a point.
+fn contains_disc(support: &SupportSurface, point: [f64; 2], margin_m: f64) -> bool {
     let (sin, cos) = support.yaw_deg.to_radians().sin_cos();
-    let d = [place[0] - support.centre[0], place[1] - support.centre[1]];
+    let d = [point[0] - support.centre[0], point[1] - support.centre[1]];
     let own = [cos * d[0] + sin * d[1], cos * d[1] - sin * d[0]];
     (0..2).all(|i| own[i].abs() + margin_m.min(0.05) <= support.half[i])
 }

@@ -1,13 +1,12 @@
-//! Doorways: a hole in a wall, a leaf in it, and what lies behind.
+//! Doorways: an opening in a wall, a leaf in it, and the room behind.
 
-use super::builder::{Builder, opening, room};
-use super::place::Block;
+use super::builder::{PlaceBuilder, opening, room};
+use super::place::OccupiedBox;
 use patrold_sim::world::{Body, DoorTable, Opening, Wall};
 
 /// A doorway of a room about the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Doorway {
-    /// In which wall.
+pub(crate) struct Doorway {
     pub wall: Wall,
     /// Middle of the doorway along the wall, metres (see [`Opening::at_m`]).
     pub at_m: f64,
@@ -37,28 +36,28 @@ fn opposite(wall: Wall) -> Wall {
 }
 
 impl Doorway {
-    /// A doorway of usual size somewhere in `wall` of a room of this size.
-    pub fn somewhere(builder: &mut Builder<'_>, wall: Wall) -> Self {
-        let width_m = builder.draw.within(0.75, 1.1);
-        let long = match wall {
+    /// A doorway of usual size somewhere in `wall`.
+    pub(crate) fn random(builder: &mut PlaceBuilder<'_>, wall: Wall) -> Self {
+        let width_m = builder.rng.uniform(0.75, 1.1);
+        let wall_length = match wall {
             Wall::Front | Wall::Back => builder.size[1],
             Wall::Left | Wall::Right => builder.size[0],
         };
-        let reach = (long / 2.0 - width_m / 2.0 - 0.15).max(0.0);
+        let reach = (wall_length / 2.0 - width_m / 2.0 - 0.15).max(0.0);
         Self {
             wall,
-            at_m: builder.draw.within(-reach, reach),
+            at_m: builder.rng.uniform(-reach, reach),
             width_m,
-            height_m: builder.draw.within(1.95, 2.1),
+            height_m: builder.rng.uniform(1.95, 2.1),
         }
     }
 
-    /// The hole.
-    pub fn hole(&self) -> Opening {
+    /// The opening in the wall.
+    pub(crate) fn opening(&self) -> Opening {
         opening(self.wall, self.at_m, self.width_m, 0.0, self.height_m)
     }
 
-    /// Middle of the threshold and the outward normal, map.
+    /// Middle of the threshold and the outward normal, map frame.
     fn threshold(&self, size: [f64; 3]) -> ([f64; 2], [f64; 2]) {
         let (sin, cos) = outward_deg(self.wall).to_radians().sin_cos();
         let normal = [cos.round(), sin.round()];
@@ -69,16 +68,16 @@ impl Doorway {
         (middle, normal)
     }
 
-    /// Hangs a leaf that opens into the room, shut or ajar, and keeps its swing clear; often builds a piece of a room
-    /// behind it, otherwise nothing comes back from there.
-    pub fn furnish(&self, builder: &mut Builder<'_>) {
+    /// Adds a leaf that opens into the room, shut or open, and keeps its swing clear; often also a room behind it, without
+    /// which there is no return from there.
+    pub(crate) fn furnish(&self, builder: &mut PlaceBuilder<'_>) {
         let (middle, normal) = self.threshold(builder.size);
         let along = [-normal[1], normal[0]];
-        let side = builder.draw.sign();
+        let side = builder.rng.sign();
         let hinge =
             [0, 1].map(|i| middle[i] - side * along[i] * self.width_m / 2.0 - normal[i] * 0.03);
-        let opened = match builder.draw.count(0, 2) {
-            0 => builder.draw.within(15.0, 100.0),
+        let opened = match builder.rng.integer(0, 2) {
+            0 => builder.rng.uniform(15.0, 100.0),
             _ => 0.0,
         };
         let name = format!("door {}", builder.doors.len() + 1);
@@ -95,20 +94,20 @@ impl Doorway {
         builder.add(name.clone(), Body::Door(leaf));
         builder.doors.push(name);
         let reach = self.width_m + 0.1;
-        builder.clear.push(Block {
+        builder.clear.push(OccupiedBox {
             low: [middle[0] - reach, middle[1] - reach, 0.0],
             high: [middle[0] + reach, middle[1] + reach, 2.2],
         });
-        if builder.draw.chance(0.6) {
+        if builder.rng.chance(0.6) {
             self.room_behind(builder, middle, normal);
         }
     }
 
-    fn room_behind(&self, builder: &mut Builder<'_>, middle: [f64; 2], normal: [f64; 2]) {
+    fn room_behind(&self, builder: &mut PlaceBuilder<'_>, middle: [f64; 2], normal: [f64; 2]) {
         const WALL_M: f64 = 0.06;
-        let depth = builder.draw.within(1.2, 3.0);
-        let wide = self.width_m + builder.draw.within(0.4, 2.0);
-        let height = builder.draw.within(2.3, 2.8);
+        let depth = builder.rng.uniform(1.2, 3.0);
+        let wide = self.width_m + builder.rng.uniform(0.4, 2.0);
+        let height = builder.rng.uniform(2.3, 2.8);
         let centre = [0, 1].map(|i| middle[i] + normal[i] * (WALL_M + depth / 2.0));
         let size = [0, 1].map(|i| if normal[i] == 0.0 { wide } else { depth });
         let body = room(

@@ -1,14 +1,14 @@
-//! Pairs as files that `compare --manifest` reads, with their truth beside.
+//! Pairs as files that `compare --manifest` reads, with their truth.
 
-use super::pair::Pair;
-use super::truth::Label;
+use super::pair::SimulatedPair;
+use super::point_labels::PointLabel;
 use patrold_engine::formats::write_ply;
 use patrold_engine::geometry::RollPitchYaw;
 use serde::Serialize;
 
-/// One pair of a manifest; keys after `current_origin` are truth, which `compare` ignores.
+/// A pair in a manifest; the keys after `current_origin` are truth, which `compare` ignores.
 #[derive(Debug, Serialize)]
-pub struct Entry {
+pub struct ManifestEntry {
     name: String,
     reference: String,
     current: String,
@@ -19,54 +19,59 @@ pub struct Entry {
     sensor: &'static str,
     pose_error: &'static str,
     change: &'static str,
-    told: String,
+    #[serde(rename = "told")]
+    change_description: String,
     changed: bool,
     reference_labels: String,
     current_labels: String,
     current_from_reference: TruePose,
 }
 
-/// The true pose correction, as `compare` tells its own.
+/// The true pose correction, in the form in which `compare` reports its own.
 #[derive(Debug, Serialize)]
 struct TruePose {
     translation: [f64; 3],
     rotation_deg: [f64; 3],
 }
 
-/// A file to write: its name and its bytes.
+/// A file to write: its name and bytes.
 pub type NamedFile = (String, Vec<u8>);
 
-/// The entry of a pair, and its four files: both clouds, and for each a line per point: 0 on nothing that changed, 1 on a
-/// thing that came, went or moved, 2 the same where the other visit could not look for sure, 3 on a changed thing's part
-/// that is where it was.
-pub fn dump(pair: &Pair) -> (Entry, [NamedFile; 4]) {
-    let name = pair.planned.name();
+/// The manifest entry of a pair, and its four files: both clouds, and for each a line per point: 0 unchanged, 1 on an
+/// object that appeared, disappeared or moved, 2 the same where the other visit could not see for sure, 3 on a part of a
+/// changed object that is where it was.
+pub fn dump(pair: &SimulatedPair) -> (ManifestEntry, [NamedFile; 4]) {
+    let name = pair.plan.name();
     let file = |kind: &str| format!("{name}-{kind}");
     let [reference, current] = [file("reference.ply"), file("current.ply")];
     let [reference_labels, current_labels] =
         [file("reference-labels.txt"), file("current-labels.txt")];
     let views = [&pair.sweeps[0].view, &pair.sweeps[1].view];
     let pose = &pair.current_from_reference;
-    let angles = RollPitchYaw::of(pose);
+    let angles = RollPitchYaw::from_pose(pose);
     let files = [
         (reference.clone(), write_ply(&views[0].points)),
         (current.clone(), write_ply(&views[1].points)),
-        (reference_labels.clone(), lines(&pair.labels[0])),
-        (current_labels.clone(), lines(&pair.labels[1])),
+        (reference_labels.clone(), label_lines(&pair.labels[0])),
+        (current_labels.clone(), label_lines(&pair.labels[1])),
     ];
-    let entry = Entry {
+    let entry = ManifestEntry {
         name,
         reference,
         current,
         reference_origin: views[0].origin.coords.into(),
         current_origin: views[1].origin.coords.into(),
-        set: pair.planned.set.word(),
-        place: pair.planned.place.word(),
-        sensor: pair.planned.sensor.word(),
-        pose_error: pair.planned.pose.word(),
-        change: pair.planned.change.word(),
-        told: pair.told.clone(),
-        changed: pair.labels.iter().flatten().any(|l| *l != Label::Other),
+        set: pair.plan.set.as_str(),
+        place: pair.plan.place.as_str(),
+        sensor: pair.plan.sensor.as_str(),
+        pose_error: pair.plan.pose_error.as_str(),
+        change: pair.plan.change.as_str(),
+        change_description: pair.change_description.clone(),
+        changed: pair
+            .labels
+            .iter()
+            .flatten()
+            .any(|l| *l != PointLabel::Unchanged),
         reference_labels,
         current_labels,
         current_from_reference: TruePose {
@@ -77,12 +82,12 @@ pub fn dump(pair: &Pair) -> (Entry, [NamedFile; 4]) {
     (entry, files)
 }
 
-fn lines(labels: &[Label]) -> Vec<u8> {
-    let digit = |l: &Label| match l {
-        Label::Other => "0\n",
-        Label::Seen => "1\n",
-        Label::Hidden | Label::Beyond => "2\n",
-        Label::Same => "3\n",
+fn label_lines(labels: &[PointLabel]) -> Vec<u8> {
+    let digit = |l: &PointLabel| match l {
+        PointLabel::Unchanged => "0\n",
+        PointLabel::Seen => "1\n",
+        PointLabel::Hidden | PointLabel::Beyond => "2\n",
+        PointLabel::Unmoved => "3\n",
     };
     labels.iter().map(digit).collect::<String>().into_bytes()
 }

@@ -1,35 +1,32 @@
-//! Takes a seed, gives rates: simulated pairs of sweeps with their truth, judged by the engine and held against it.
+//! Simulated pairs of sweeps with their truth, judged by the engine: a seed in, rates out.
 //!
-//! A pair is fixed by the seed, its class of change and its number ([`plan`]); [`Pair::take`] draws its place, its change
-//! and its sweeps; [`judge`] is the one place that calls the engine; [`score()`] holds what it said against the truth,
-//! and [`summarise`] makes rows of rates. Time is the caller's.
+//! A pair is fixed by the seed, its class of change and its number ([`plan`]); [`SimulatedPair::simulate`] draws its place,
+//! change and sweeps; [`run_engine()`] runs the engine; [`score()`] compares the answer with the truth; [`rate_rows()`] counts.
 
 mod builder;
 mod changes;
 mod constants;
 mod doorway;
-mod draw;
 mod dump;
 mod furniture;
-mod judge;
 mod pair;
 mod place;
 mod places;
 mod plan;
-mod rates;
+mod point_labels;
+mod rate_rows;
+mod run_engine;
 mod score;
+mod seeded_rng;
 mod sensor;
-mod summary;
-mod truth;
 
-pub use changes::Change;
-pub use dump::{Entry, NamedFile, dump};
-pub use judge::{Clock, Engine, Given, Judged, judge};
-pub use pair::{Pair, PairError};
-pub use places::Kind;
-pub use plan::{Amounts, Planned, PoseError, Set, plan};
-pub use rates::Rate;
-pub use score::{Listed, Outcome, score};
-pub use sensor::Sensor;
-pub use summary::{Row, summarise};
-pub use truth::Label;
+pub use changes::ChangeClass;
+pub use dump::{ManifestEntry, NamedFile, dump};
+pub use pair::{PairError, SimulatedPair};
+pub use places::PlaceKind;
+pub use plan::{PairCounts, PairPlan, PairSet, PoseErrorClass, plan};
+pub use point_labels::PointLabel;
+pub use rate_rows::{RateRow, rate_rows};
+pub use run_engine::{EngineInput, run_engine};
+pub use score::{ListedNovelty, PairScore, score};
+pub use sensor::SensorKind;

@@ -1,102 +1,109 @@
 //! One simulated pair with its truth.
 
-use super::changes::{Change, Changed, make};
-use super::constants::{ATTEMPTS, LEAST_IN_VIEW, LEAST_POINTS, UNEVEN};
-use super::draw::Draw;
-use super::plan::{Planned, PoseError};
-use super::sensor::{Setting, Sweep};
-use super::truth::{Label, Visit, labels, share_in_view, visible_points};
+use super::changes::{ChangeClass, ChangedPlace, apply_change};
+use super::constants::{MAX_SCENES, MIN_SHARE_IN_VIEW, MIN_VISIBLE_POINTS, UNEVEN_FLOOR};
+use super::plan::{PairPlan, PoseErrorClass};
+use super::point_labels::{
+    PointLabel, SimulatedVisit, point_labels, share_in_view, visible_points,
+};
+use super::seeded_rng::SeededRng;
+use super::sensor::{SensorSetup, SensorSweep};
 use nalgebra::Point3;
 use patrold_engine::geometry::{Pose, RollPitchYaw};
 use patrold_sim::world::{Body, World};
 
-/// Why there is no pair.
+/// Why a pair cannot be simulated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PairError {
-    /// Chance never made the wanted change visible.
-    #[error("pair {name}: no visible {change} in {ATTEMPTS} scenes; report it")]
+    /// No random scene showed the change.
+    #[error("pair {name}: no visible {change} in {MAX_SCENES} scenes; report it")]
     NoScene {
-        /// The pair.
+        /// Name of the pair.
         name: String,
-        /// Its class.
+        /// Class of the change.
         change: &'static str,
     },
 }
 
-/// A pair: two sweeps and what is true of them. Side 0 is the reference, side 1 the revisit.
+/// A pair of sweeps with its ground truth. Of two values the first is of the reference, the second of the revisit.
 #[derive(Debug, Clone)]
-pub struct Pair {
-    /// What it is of.
-    pub planned: Planned,
-    /// The change in a word or two.
-    pub told: String,
-    /// Both sweeps.
-    pub sweeps: [Sweep; 2],
-    /// The truth about their points.
-    pub labels: [Vec<Label>; 2],
-    /// The truth about where the robot stood.
+pub struct SimulatedPair {
+    /// Its plan.
+    pub plan: PairPlan,
+    /// The change, for people.
+    pub change_description: String,
+    /// Its sweeps.
+    pub sweeps: [SensorSweep; 2],
+    /// True labels of their points.
+    pub labels: [Vec<PointLabel>; 2],
+    /// True pose correction.
     pub current_from_reference: Pose,
 }
 
-impl Pair {
+impl SimulatedPair {
     /// The pair of this plan under this seed.
     ///
     /// # Errors
     /// No scene in which the change is visible.
-    pub fn take(planned: &Planned, seed: u64) -> Result<Self, PairError> {
-        let mut chance = Draw::new(seed, planned.stream());
-        let setting = planned.sensor.setting(&mut chance.fork());
-        let error = pose_error(planned.pose, &mut chance.fork());
-        let mut scenes = chance.fork();
-        for _ in 0..ATTEMPTS {
-            let mut draw = scenes.fork();
-            let Some(place) = planned.place.build(&mut draw) else {
+    pub fn simulate(plan: &PairPlan, seed: u64) -> Result<Self, PairError> {
+        let mut rng = SeededRng::new(seed, plan.rng_stream());
+        let setup = plan.sensor.setup(&mut rng.fork());
+        let error = pose_error(plan.pose_error, &mut rng.fork());
+        let mut scenes = rng.fork();
+        for _ in 0..MAX_SCENES {
+            let mut rng = scenes.fork();
+            let Some(place) = plan.place.build(&mut rng) else {
                 continue;
             };
-            let Some(changed) = make(planned.change, &place, &mut draw) else {
+            let Some(changed) = apply_change(plan.change, &place, &mut rng) else {
                 continue;
             };
-            if let Some(pair) = Self::of(planned, &changed, &setting, &error) {
+            if let Some(pair) = Self::of_change(plan, &changed, &setup, &error) {
                 return Ok(pair);
             }
         }
         Err(PairError::NoScene {
-            name: planned.name(),
-            change: planned.change.word(),
+            name: plan.name(),
+            change: plan.change.as_str(),
         })
     }
 
     /// The pair of a change, if it is visible.
-    fn of(planned: &Planned, changed: &Changed, setting: &Setting, error: &Pose) -> Option<Self> {
+    fn of_change(
+        plan: &PairPlan,
+        changed: &ChangedPlace,
+        setup: &SensorSetup,
+        error: &Pose,
+    ) -> Option<Self> {
         let worlds = [&changed.before, &changed.after].map(|p| p.world().ok());
-        let [Some(then), Some(now)] = &worlds else {
+        let [Some(before), Some(after)] = &worlds else {
             return None;
         };
         let reference = changed.before.map_from_base();
         let poses = [reference, reference * error];
-        let visit = |side: usize, world| Visit {
+        let visit = |side: usize, world| SimulatedVisit {
             world,
             map_from_base: poses[side],
-            origin: setting.patterns[side].origin(),
+            origin: setup.patterns[side].origin(),
         };
-        let visits = [visit(0, then), visit(1, now)];
-        if !is_visible(planned.change, changed, &visits, setting) {
+        let visits = [visit(0, before), visit(1, after)];
+        if !is_visible(plan.change, changed, &visits, setup) {
             return None;
         }
-        let worlds: [&World; 2] = [then, now];
-        let sweeps = [0, 1].map(|side| setting.sweep(worlds[side], &poses[side], side));
+        let worlds: [&World; 2] = [before, after];
+        let sweeps = [0, 1].map(|side| setup.sweep(worlds[side], &poses[side], side));
         let labels = [0, 1].map(|side| {
-            labels(
-                &sweeps[side].met,
+            point_labels(
+                &sweeps[side].hits,
                 &visits[side],
                 &visits[1 - side],
-                &changed.things,
-                setting,
+                &changed.objects,
+                setup,
             )
         });
         Some(Self {
-            planned: *planned,
-            told: changed.told.clone(),
+            plan: *plan,
+            change_description: changed.description.clone(),
             sweeps,
             labels,
             current_from_reference: poses[1].inverse() * poses[0],
@@ -105,48 +112,51 @@ impl Pair {
 }
 
 /// The pose of the revisit's base in the reference's.
-fn pose_error(class: PoseError, draw: &mut Draw) -> Pose {
+fn pose_error(class: PoseErrorClass, rng: &mut SeededRng) -> Pose {
     let (shift, turn_deg) = match class {
-        PoseError::None => return Pose::identity(),
-        PoseError::Small => (draw.within(0.0, 0.05), draw.within(0.0, 2.0)),
-        PoseError::Large => (draw.within(0.05, 0.1), draw.within(2.0, 5.0)),
+        PoseErrorClass::None => return Pose::identity(),
+        PoseErrorClass::Small => (rng.uniform(0.0, 0.05), rng.uniform(0.0, 2.0)),
+        PoseErrorClass::Large => (rng.uniform(0.05, 0.1), rng.uniform(2.0, 5.0)),
     };
-    let way = draw.within(0.0, std::f64::consts::TAU);
-    let turn_deg = draw.sign() * turn_deg;
-    let uneven = if draw.chance(0.5) { 1.0 } else { 0.0 };
-    let mut small = |most: f64| uneven * draw.within(-most, most);
-    let (roll, pitch, z) = (small(UNEVEN.0), small(UNEVEN.0), small(UNEVEN.1));
+    let direction = rng.uniform(0.0, std::f64::consts::TAU);
+    let turn_deg = rng.sign() * turn_deg;
+    let uneven = if rng.chance(0.5) { 1.0 } else { 0.0 };
+    let mut small = |max: f64| uneven * rng.uniform(-max, max);
+    let (max_deg, max_m) = UNEVEN_FLOOR;
+    let (roll, pitch, z) = (small(max_deg), small(max_deg), small(max_m));
     RollPitchYaw {
         roll_rad: roll.to_radians(),
         pitch_rad: pitch.to_radians(),
         yaw_rad: turn_deg.to_radians(),
     }
-    .with_translation([shift * way.cos(), shift * way.sin(), z])
+    .with_translation([shift * direction.cos(), shift * direction.sin(), z])
 }
 
 fn is_visible(
-    change: Change,
-    changed: &Changed,
-    visits: &[Visit<'_>; 2],
-    setting: &Setting,
+    change: ChangeClass,
+    changed: &ChangedPlace,
+    visits: &[SimulatedVisit<'_>; 2],
+    setup: &SensorSetup,
 ) -> bool {
     let points =
-        |own: usize| visible_points(&visits[own], &visits[1 - own], &changed.things, setting);
+        |own: usize| visible_points(&visits[own], &visits[1 - own], &changed.objects, setup);
     match change {
-        Change::Quiet => true,
-        Change::Person | Change::Box | Change::Pillar => points(1) >= LEAST_POINTS,
-        Change::Removed => points(0) >= LEAST_POINTS,
-        Change::Moved => points(0) >= LEAST_POINTS && points(1) >= LEAST_POINTS,
-        Change::Door => points(0) + points(1) >= LEAST_POINTS,
-        Change::Ball30 | Change::Ball20 | Change::Ball10 => {
+        ChangeClass::Quiet => true,
+        ChangeClass::Person | ChangeClass::Box | ChangeClass::Pillar => {
+            points(1) >= MIN_VISIBLE_POINTS
+        }
+        ChangeClass::Removed => points(0) >= MIN_VISIBLE_POINTS,
+        ChangeClass::Moved => points(0) >= MIN_VISIBLE_POINTS && points(1) >= MIN_VISIBLE_POINTS,
+        ChangeClass::Door => points(0) + points(1) >= MIN_VISIBLE_POINTS,
+        ChangeClass::Ball30 | ChangeClass::Ball20 | ChangeClass::Ball10 => {
             let ball = changed.after.objects.last();
             let Some(Body::Sphere(ball)) = ball.map(|o| &o.body) else {
                 return false;
             };
-            let thing = changed.things.first().map_or("", String::as_str);
+            let name = changed.objects.first().map_or("", String::as_str);
             let centre = Point3::from(ball.centre);
-            share_in_view(&visits[1], centre, ball.radius_m, thing, setting) >= LEAST_IN_VIEW
-                && visits[0].looks_through(&centre, setting)
+            share_in_view(&visits[1], centre, ball.radius_m, name, setup) >= MIN_SHARE_IN_VIEW
+                && visits[0].saw_through(&centre, setup)
         }
     }
 }

@@ -1,61 +1,61 @@
-//! A place with its things, where the robot stands in it, and where more things can be put.
+//! A place: its objects, the pose of the robot in it, and where more objects can be put.
 
-use super::draw::Draw;
+use super::constants::ROBOT_HALF_M;
+use super::seeded_rng::SeededRng;
 use nalgebra::Point3;
 use patrold_engine::geometry::{Pose, RollPitchYaw};
-use patrold_sim::world::{Object, Scene, SceneError, Stand, World};
+use patrold_sim::world::{Pose2d, Scene, SceneError, SceneObject, World};
 
-/// A flat area on which things can be put.
+/// A flat area on which objects can be put.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Support {
-    /// Its middle, map, metres.
+pub struct SupportSurface {
+    /// Its middle, map frame, metres.
     pub centre: [f64; 2],
     /// Half its size along its own axes, metres.
     pub half: [f64; 2],
-    /// How it is turned, degrees.
     pub yaw_deg: f64,
     /// Height of its middle, metres.
     pub z_m: f64,
     /// Rise per metre along x of the map.
     pub grade: f64,
-    /// Whether it is ground that a robot and people stand on.
+    /// Whether robots and people stand on it.
     pub floor: bool,
 }
 
-impl Support {
-    /// A place on it, at least `margin_m` from its rim; `None` where it is too small.
-    pub fn draw(&self, draw: &mut Draw, margin_m: f64) -> Option<Point3<f64>> {
+impl SupportSurface {
+    /// A point on it, at least `margin_m` from its edge; `None` where it is too small.
+    pub fn random_point(&self, rng: &mut SeededRng, margin_m: f64) -> Option<Point3<f64>> {
         let [x, y] = self.half.map(|h| h - margin_m);
-        let (u, v) = (draw.within(-1.0, 1.0), draw.within(-1.0, 1.0));
+        let (u, v) = (rng.uniform(-1.0, 1.0), rng.uniform(-1.0, 1.0));
         if x < 0.0 || y < 0.0 {
             return None;
         }
         let (sin, cos) = self.yaw_deg.to_radians().sin_cos();
         let (u, v) = (u * x, v * y);
-        let place = [
+        let point = [
             self.centre[0] + cos * u - sin * v,
             self.centre[1] + sin * u + cos * v,
         ];
-        Some(Point3::new(place[0], place[1], self.height_at(place)))
+        Some(Point3::new(point[0], point[1], self.height_at(point)))
     }
 
-    /// Its height over this place of the map, metres.
-    pub fn height_at(&self, place: [f64; 2]) -> f64 {
-        self.z_m + self.grade * (place[0] - self.centre[0])
+    /// Its height at this point of the map, metres.
+    pub fn height_at(&self, point: [f64; 2]) -> f64 {
+        self.z_m + self.grade * (point[0] - self.centre[0])
     }
 }
 
-/// A box along the map's axes that something fills, metres.
+/// A box along the map's axes that an object occupies, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Block {
-    /// Least corner.
+pub struct OccupiedBox {
+    /// Corner of the least coordinates.
     pub low: [f64; 3],
-    /// Greatest corner.
+    /// Corner of the greatest coordinates.
     pub high: [f64; 3],
 }
 
-impl Block {
-    /// The block of these sizes that stands on `at`.
+impl OccupiedBox {
+    /// The box of these sizes that stands on `at`.
     pub fn standing(at: Point3<f64>, half: [f64; 2], height_m: f64) -> Self {
         Self {
             low: [at.x - half[0], at.y - half[1], at.z],
@@ -63,9 +63,8 @@ impl Block {
         }
     }
 
-    /// Whether the two come nearer than `gap_m` in plan while their heights overlap. What touches from above or below
-    /// does not overlap.
-    pub fn meets(&self, other: &Self, gap_m: f64) -> bool {
+    /// Whether the two are nearer than `gap_m` in plan while their heights overlap; standing on each other is no overlap.
+    pub fn collides(&self, other: &Self, gap_m: f64) -> bool {
         const TOUCH_M: f64 = 0.01;
         (0..3).all(|axis| {
             let gap = if axis == 2 { -TOUCH_M } else { gap_m };
@@ -73,12 +72,12 @@ impl Block {
         })
     }
 
-    /// What `objects` fill, one block for each of their solids; the ground fills nothing.
-    pub fn all_of(objects: &[Object]) -> Vec<Self> {
-        let solid = |o: &&Object| thing_of(&o.name) != GROUND;
+    /// What `objects` occupy, one box for each solid; the ground occupies nothing.
+    pub fn of_objects(objects: &[SceneObject]) -> Vec<Self> {
+        let above_ground = |o: &&SceneObject| object_name(&o.name) != GROUND;
         let solids = objects
             .iter()
-            .filter(solid)
+            .filter(above_ground)
             .flat_map(|o| o.body.solids().into_iter());
         solids
             .map(|s| {
@@ -92,46 +91,44 @@ impl Block {
     }
 }
 
-/// Name of the thing that the ground is.
-pub const GROUND: &str = "ground";
+/// Name of the ground.
+pub(crate) const GROUND: &str = "ground";
 
-/// The thing that an object is a part of: its name up to the first `/`.
-pub fn thing_of(name: &str) -> &str {
+/// The object that a part belongs to: its name up to the first `/`.
+pub(crate) fn object_name(name: &str) -> &str {
     name.split('/').next().unwrap_or(name)
 }
 
-/// A place. Its objects are called `thing` or `thing/part`.
+/// A place. Its objects are called `NAME` or `NAME/PART`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Place {
-    /// Everything in it.
-    pub objects: Vec<Object>,
-    /// Where the robot stands.
-    pub stand: Stand,
-    /// Height of the pan-tilt's base, map, metres.
+pub struct SimulatedPlace {
+    pub objects: Vec<SceneObject>,
+    pub robot_pose: Pose2d,
+    /// Height of the pan-tilt's base, map frame, metres.
     pub base_height_m: f64,
-    /// Where things can be put.
-    pub supports: Vec<Support>,
-    /// Things that may be taken away: nothing stands on them.
+    /// Where objects can be put.
+    pub supports: Vec<SupportSurface>,
+    /// Objects that may be taken away: nothing stands on them.
     pub removable: Vec<String>,
-    /// Doors.
+    /// Names of doors.
     pub doors: Vec<String>,
 }
 
-impl Place {
+impl SimulatedPlace {
     /// Pose of the robot's base in the map.
     pub fn map_from_base(&self) -> Pose {
         RollPitchYaw {
             roll_rad: 0.0,
             pitch_rad: 0.0,
-            yaw_rad: self.stand.yaw_rad,
+            yaw_rad: self.robot_pose.yaw_rad,
         }
-        .with_translation([self.stand.x_m, self.stand.y_m, self.base_height_m])
+        .with_translation([self.robot_pose.x_m, self.robot_pose.y_m, self.base_height_m])
     }
 
-    /// The world that rays meet.
+    /// The world for ray casting.
     ///
     /// # Errors
-    /// None for places of boxes and balls; a recorded cloud would be missing.
+    /// Never: it has no recorded cloud.
     pub fn world(&self) -> Result<World, SceneError> {
         let scene = Scene {
             map_from_base: self.map_from_base(),
@@ -141,22 +138,25 @@ impl Place {
         scene.build(None)
     }
 
-    /// What fills the place, and the robot.
-    pub fn blocks(&self) -> Vec<Block> {
-        let mut blocks = Block::all_of(&self.objects);
-        blocks.push(self.robot());
-        blocks
+    /// What the objects and the robot occupy.
+    pub fn occupied(&self) -> Vec<OccupiedBox> {
+        let mut boxes = OccupiedBox::of_objects(&self.objects);
+        boxes.push(self.robot_box());
+        boxes
     }
 
-    /// What the robot fills, from floor to laser.
-    pub fn robot(&self) -> Block {
-        const HALF_M: f64 = 0.3;
-        Block {
-            low: [self.stand.x_m - HALF_M, self.stand.y_m - HALF_M, -2.0],
+    /// What the robot occupies, up to the laser.
+    pub fn robot_box(&self) -> OccupiedBox {
+        OccupiedBox {
+            low: [
+                self.robot_pose.x_m - ROBOT_HALF_M,
+                self.robot_pose.y_m - ROBOT_HALF_M,
+                -2.0,
+            ],
             high: [
-                self.stand.x_m + HALF_M,
-                self.stand.y_m + HALF_M,
-                self.base_height_m + HALF_M,
+                self.robot_pose.x_m + ROBOT_HALF_M,
+                self.robot_pose.y_m + ROBOT_HALF_M,
+                self.base_height_m + ROBOT_HALF_M,
             ],
         }
     }

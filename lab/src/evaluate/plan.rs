@@ -1,13 +1,13 @@
-//! Which pairs there are: a pair is fixed by the seed, its class of change and its number, whatever else is run.
+//! The pairs: each is fixed by the seed, its class of change and its number, whatever else is run.
 
-use super::changes::Change;
-use super::places::Kind;
-use super::sensor::Sensor;
+use super::changes::ChangeClass;
+use super::places::PlaceKind;
+use super::sensor::SensorKind;
 
-/// How far off its waypoint the robot stands on the revisit.
+/// Class of the distance between the robot and its waypoint on the revisit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum PoseError {
-    /// Nowhere off.
+pub enum PoseErrorClass {
+    /// None.
     None,
     /// Up to 5 cm and 2 deg.
     Small,
@@ -15,12 +15,12 @@ pub enum PoseError {
     Large,
 }
 
-impl PoseError {
-    /// All of them.
+impl PoseErrorClass {
+    /// All classes.
     pub const ALL: [Self; 3] = [Self::None, Self::Small, Self::Large];
 
-    /// Its words in tables.
-    pub fn word(self) -> &'static str {
+    /// The name in tables and JSON.
+    pub fn as_str(self) -> &'static str {
         match self {
             Self::None => "0",
             Self::Small => "0-5 cm, 0-2 deg",
@@ -29,23 +29,23 @@ impl PoseError {
     }
 }
 
-/// What may be tuned on, and what is kept apart to show whether that carries over.
+/// What parameters may be tuned on, and what is held out to show whether that generalises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Set {
-    /// Anything may be tuned on these.
+pub enum PairSet {
+    /// Parameters may be tuned on these.
     Tuned,
-    /// Places that nothing is tuned on.
+    /// Places on which nothing is tuned.
     HeldOutPlaces,
-    /// A sensor that nothing is tuned on, in every kind of place.
+    /// A sensor on which nothing is tuned, in every kind of place.
     HeldOutSensor,
 }
 
-impl Set {
-    /// All of them.
+impl PairSet {
+    /// All sets.
     pub const ALL: [Self; 3] = [Self::Tuned, Self::HeldOutPlaces, Self::HeldOutSensor];
 
-    /// Its word in tables and JSON.
-    pub fn word(self) -> &'static str {
+    /// The name in tables and JSON.
+    pub fn as_str(self) -> &'static str {
         match self {
             Self::Tuned => "tuned",
             Self::HeldOutPlaces => "held_out_places",
@@ -53,7 +53,7 @@ impl Set {
         }
     }
 
-    /// What names of its pairs begin with.
+    /// Prefix of the names of its pairs.
     fn prefix(self) -> &'static str {
         match self {
             Self::Tuned => "",
@@ -62,102 +62,104 @@ impl Set {
         }
     }
 
-    fn places(self) -> Vec<Kind> {
+    fn places(self) -> Vec<PlaceKind> {
         match self {
-            Self::Tuned => Kind::TUNED.to_vec(),
-            Self::HeldOutPlaces => Kind::HELD_OUT.to_vec(),
-            Self::HeldOutSensor => Kind::all().collect(),
+            Self::Tuned => PlaceKind::TUNED.to_vec(),
+            Self::HeldOutPlaces => PlaceKind::HELD_OUT.to_vec(),
+            Self::HeldOutSensor => PlaceKind::all().collect(),
         }
     }
 
-    fn sensors(self) -> &'static [Sensor] {
+    fn sensors(self) -> &'static [SensorKind] {
         match self {
-            Self::Tuned | Self::HeldOutPlaces => &Sensor::TUNED,
-            Self::HeldOutSensor => &[Sensor::Rings],
+            Self::Tuned | Self::HeldOutPlaces => &SensorKind::TUNED,
+            Self::HeldOutSensor => &[SensorKind::Rings],
         }
     }
 }
 
-/// What a pair is of.
+/// The plan of a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Planned {
-    /// What changes.
-    pub change: Change,
+pub struct PairPlan {
+    /// Class of the change.
+    pub change: ChangeClass,
     /// Number within its class.
     pub number: usize,
-    /// Where.
-    pub place: Kind,
-    /// Seen with what.
-    pub sensor: Sensor,
-    /// How far off.
-    pub pose: PoseError,
-    /// Whether anything may be tuned on it.
-    pub set: Set,
+    /// Kind of place.
+    pub place: PlaceKind,
+    /// Sensor.
+    pub sensor: SensorKind,
+    /// Class of the pose error.
+    pub pose_error: PoseErrorClass,
+    /// Set that it belongs to.
+    pub set: PairSet,
 }
 
-impl Planned {
+impl PairPlan {
     /// The pair of this class and number.
-    pub fn new(change: Change, number: usize, set: Set) -> Self {
+    pub fn new(change: ChangeClass, number: usize, set: PairSet) -> Self {
         let (places, sensors) = (set.places(), set.sensors());
-        let (column, turn) = (number % places.len(), number / places.len());
-        // Turns go through poses and sensors by steps that have no common divisor, so each place meets every
-        // combination; shifts by place and class let few pairs already see most of them.
-        let class = place_of(change);
+        let (column, round) = (number % places.len(), number / places.len());
+        // The numbers of sensors and pose errors have no common divisor, so each place gets every combination; the
+        // shifts by place and class let few pairs already have most of them.
+        let class = class_index(change);
         Self {
             change,
             number,
             place: places[column],
-            sensor: sensors[(turn + 3 * column + class) % sensors.len()],
-            pose: PoseError::ALL[(turn + column + class) % PoseError::ALL.len()],
+            sensor: sensors[(round + 3 * column + class) % sensors.len()],
+            pose_error: PoseErrorClass::ALL[(round + column + class) % PoseErrorClass::ALL.len()],
             set,
         }
     }
 
-    /// Its name, by which it can be run alone.
+    /// The name by which it can be run alone.
     pub fn name(&self) -> String {
         format!(
             "{}{}-{}",
             self.set.prefix(),
-            self.change.word(),
+            self.change.as_str(),
             self.number
         )
     }
 
     /// The pair called `name`.
-    pub fn named(name: &str) -> Option<Self> {
-        // The empty prefix comes first and fits every name: the longest that fits counts.
-        let fits = |set: &Set| name.starts_with(set.prefix());
-        let set = Set::ALL
+    pub fn from_name(name: &str) -> Option<Self> {
+        // The empty prefix fits every name: the longest that fits counts.
+        let fits = |set: &PairSet| name.starts_with(set.prefix());
+        let set = PairSet::ALL
             .into_iter()
             .filter(fits)
             .max_by_key(|s| s.prefix().len())?;
         let (class, number) = name.strip_prefix(set.prefix())?.rsplit_once('-')?;
         let number = number.parse().ok()?;
-        let change = every_class().find(|c| c.word() == class)?;
+        let change = all_classes().find(|c| c.as_str() == class)?;
         Some(Self::new(change, number, set))
     }
 
-    /// A number of its own, as the stream of its chance.
-    pub fn stream(&self) -> u64 {
-        let set = Set::ALL.iter().position(|s| *s == self.set).unwrap_or(0) as u64;
-        (set << 48) | ((place_of(self.change) as u64) << 32) | self.number as u64
+    /// Its random stream, unique among pairs.
+    pub fn rng_stream(&self) -> u64 {
+        let set = PairSet::ALL
+            .iter()
+            .position(|s| *s == self.set)
+            .unwrap_or(0) as u64;
+        (set << 48) | ((class_index(self.change) as u64) << 32) | self.number as u64
     }
 }
 
-/// Place of a class among all.
-fn place_of(change: Change) -> usize {
-    every_class().position(|c| c == change).unwrap_or(0)
+fn class_index(change: ChangeClass) -> usize {
+    all_classes().position(|c| c == change).unwrap_or(0)
 }
 
-fn every_class() -> impl Iterator<Item = Change> {
-    std::iter::once(Change::Quiet)
-        .chain(Change::LARGE)
-        .chain(Change::BALLS)
+fn all_classes() -> impl Iterator<Item = ChangeClass> {
+    std::iter::once(ChangeClass::Quiet)
+        .chain(ChangeClass::LARGE)
+        .chain(ChangeClass::BALLS)
 }
 
-/// How many pairs of which classes.
+/// Numbers of pairs by class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Amounts {
+pub struct PairCounts {
     /// Pairs without change.
     pub quiet: usize,
     /// Pairs of each class of large changes.
@@ -166,51 +168,53 @@ pub struct Amounts {
     pub balls: usize,
 }
 
-/// The pairs of a run: so many of each set, in the order of [`Set::ALL`].
-pub fn plan(amounts: [Amounts; 3]) -> Vec<Planned> {
+/// The pairs of a run: so many of each set, in the order of [`PairSet::ALL`].
+pub fn plan(counts: [PairCounts; 3]) -> Vec<PairPlan> {
     let mut all = Vec::new();
-    for (amounts, set) in amounts.into_iter().zip(Set::ALL) {
-        let of = |change: Change| match change {
-            Change::Quiet => amounts.quiet,
-            c if c.ball().is_some() => amounts.balls,
-            _ => amounts.large,
+    for (counts, set) in counts.into_iter().zip(PairSet::ALL) {
+        let count = |change: ChangeClass| match change {
+            ChangeClass::Quiet => counts.quiet,
+            c if c.ball().is_some() => counts.balls,
+            _ => counts.large,
         };
-        all.extend(every_class().flat_map(|c| (0..of(c)).map(move |n| Planned::new(c, n, set))));
+        all.extend(
+            all_classes().flat_map(|c| (0..count(c)).map(move |n| PairPlan::new(c, n, set))),
+        );
     }
     all
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Amounts, Change, Planned, Set, plan};
+    use super::{ChangeClass, PairCounts, PairPlan, PairSet, plan};
     use std::collections::HashSet;
 
     #[test]
-    fn names_lead_back_and_are_their_own() {
-        let amounts = Amounts {
+    fn names_and_streams_are_unique_and_names_parse() {
+        let counts = PairCounts {
             quiet: 40,
             large: 10,
             balls: 5,
         };
-        let all = plan([amounts; 3]);
+        let all = plan([counts; 3]);
         assert_eq!(all.len(), 3 * (40 + 60 + 15));
-        let names: HashSet<String> = all.iter().map(Planned::name).collect();
-        let streams: HashSet<u64> = all.iter().map(Planned::stream).collect();
+        let names: HashSet<String> = all.iter().map(PairPlan::name).collect();
+        let streams: HashSet<u64> = all.iter().map(PairPlan::rng_stream).collect();
         assert_eq!((names.len(), streams.len()), (all.len(), all.len()));
-        for planned in &all {
-            assert_eq!(Planned::named(&planned.name()), Some(*planned));
+        for plan in &all {
+            assert_eq!(PairPlan::from_name(&plan.name()), Some(*plan));
         }
         for wrong in ["", "quiet", "quiet-x", "tree-1", "rings-1"] {
-            assert_eq!(Planned::named(wrong), None, "{wrong}");
+            assert_eq!(PairPlan::from_name(wrong), None, "{wrong}");
         }
     }
 
     #[test]
-    fn every_place_meets_every_sensor_in_every_pose() {
-        let met: HashSet<_> = (0..180)
-            .map(|n| Planned::new(Change::Quiet, n, Set::Tuned))
-            .map(|p| (p.place, p.sensor, p.pose))
+    fn every_place_has_every_sensor_with_every_pose_error() {
+        let combinations: HashSet<_> = (0..180)
+            .map(|n| PairPlan::new(ChangeClass::Quiet, n, PairSet::Tuned))
+            .map(|p| (p.place, p.sensor, p.pose_error))
             .collect();
-        assert_eq!(met.len(), 180);
+        assert_eq!(combinations.len(), 180);
     }
 }

@@ -1,156 +1,174 @@
-//! What a judged pair is worth, held against its truth.
+//! Scores of the engine's answers against the truth.
 
-use super::judge::{Engine, Given, Judged};
-use super::pair::Pair;
-use super::plan::Planned;
-use super::truth::Label;
+use super::pair::SimulatedPair;
+use super::plan::PairPlan;
+use super::point_labels::PointLabel;
+use super::run_engine::EngineInput;
+use crate::timing::Timed;
 use nalgebra::{Point3, Vector3};
 use patrold_engine::geometry::Pose;
-use patrold_engine::novelty::{Kind, Novelty, Verdict};
+use patrold_engine::inspect::Engine;
+use patrold_engine::novelty::{Detection, Novelty, NoveltyKind, Verdict};
 
-/// A listed novelty against the truth.
+/// A listed novelty and its truth.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Listed {
-    /// Came or went.
-    pub kind: Kind,
-    /// Its points.
+pub struct ListedNovelty {
+    /// Appeared or disappeared.
+    pub kind: NoveltyKind,
+    /// Points, without those on unmoved surfaces.
     pub points: usize,
-    /// Points of it that truly came or went.
+    /// Points that truly appeared or disappeared.
     pub true_points: usize,
-    /// Its support.
+    /// Support as the engine states it.
     pub support: f64,
-    /// Its mean, the revisit's frame, metres.
+    /// Mean, frame of the revisit, metres.
     pub centre: [f64; 3],
-    /// Its box along the axes, metres.
+    /// Extent along the axes, metres.
     pub extent: [f64; 3],
-    /// Its share of d_GMM.
+    /// Share of d_GMM.
     pub contribution: f64,
 }
 
-impl Listed {
-    /// Whether at least half of its points truly came or went.
-    pub fn right(&self) -> bool {
+impl ListedNovelty {
+    /// Whether at least half of its points truly appeared or disappeared.
+    pub fn is_correct(&self) -> bool {
         2 * self.true_points >= self.points
     }
 }
 
-/// One pair judged in one way.
+/// The score of one pair with one engine and input.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outcome {
+pub struct PairScore {
     /// The pair.
-    pub planned: Planned,
-    /// Its change in a word or two.
-    pub told: String,
-    /// Judged by which engine.
+    pub plan: PairPlan,
+    /// The change, for people.
+    pub change_description: String,
+    /// The engine.
     pub engine: Engine,
-    /// From what.
-    pub given: Given,
-    /// The verdict.
+    /// What it got.
+    pub input: EngineInput,
+    /// Its verdict.
     pub verdict: Verdict,
-    /// Why.
+    /// Its reason.
     pub reason: String,
     /// d_GMM.
     pub d_gmm: f64,
     /// The part of d_GMM that no novelty explains.
     pub unexplained: f64,
-    /// What was listed.
-    pub listed: Vec<Listed>,
-    /// Points that truly came or went, of both clouds.
+    /// The listed novelties.
+    pub listed: Vec<ListedNovelty>,
+    /// Points of both clouds that truly appeared or disappeared.
     pub true_points: usize,
-    /// Those where the other visit looked.
+    /// Those at which the other visit saw free space.
     pub seen_points: usize,
-    /// Those where it looked, got nothing back, and was too far off for that to prove anything.
+    /// Those at which it got no return, beyond the range up to which this proves free space.
     pub beyond_points: usize,
-    /// Listed points over both clouds against the true ones: intersection over union. `None` of quiet pairs.
+    /// Intersection over union of listed and true points of both clouds; `None` of quiet pairs.
     pub iou: Option<f64>,
-    /// The same, where what the other visit could not see counts neither way.
+    /// The same without points that the other visit could not see.
     pub iou_seen: Option<f64>,
-    /// How far the registration is off in directions that it claims to know, metres.
+    /// Error of the registration in the directions that it calls observable, metres.
     pub shift_error_m: f64,
     /// The same as an angle, degrees.
     pub turn_error_deg: f64,
-    /// Directions that it does not claim to know.
+    /// Directions that it calls unobservable.
     pub unobservable: Vec<String>,
     /// Share of the surface that the registration explains.
     pub share: f64,
-    /// Noise between the views over their own.
+    /// Noise between the views over the noise of each.
     pub disagreement: f64,
-    /// Making the reference ready, milliseconds.
-    pub prepare_ms: f64,
-    /// From view to verdict, milliseconds.
+    /// From the current view to the verdict, milliseconds.
     pub verdict_ms: f64,
 }
 
-impl Outcome {
-    /// Whether something came, went or moved.
-    pub fn changed(&self) -> bool {
+impl PairScore {
+    /// Whether an object appeared, disappeared or moved.
+    pub fn is_changed(&self) -> bool {
         self.true_points > 0
     }
 
-    /// Whether the verdict is the wanted one and nothing false is listed.
-    pub fn good(&self) -> bool {
-        let wanted = if self.changed() {
+    /// Whether the verdict is right and no false novelty is listed.
+    pub fn is_correct(&self) -> bool {
+        let expected = if self.is_changed() {
             Verdict::Changed
         } else {
             Verdict::Quiet
         };
-        self.verdict == wanted && self.listed.iter().all(Listed::right)
+        self.verdict == expected && self.listed.iter().all(ListedNovelty::is_correct)
     }
 }
 
-/// Holds a judgement against the truth.
-pub fn score(pair: &Pair, engine: Engine, given: Given, judged: &Judged) -> Outcome {
-    let detection = &judged.detection;
-    let side = |n: &Novelty| usize::from(n.kind == Kind::Appeared);
+/// Compares an answer with the truth.
+pub fn score(
+    pair: &SimulatedPair,
+    engine: Engine,
+    input: EngineInput,
+    answer: &Timed<Detection>,
+) -> PairScore {
+    let detection = &answer.answer;
+    let side = |n: &Novelty| usize::from(n.kind == NoveltyKind::Appeared);
     let mut on = [0, 1].map(|s| vec![false; pair.labels[s].len()]);
     let mut listed = Vec::new();
     for novelty in &detection.novelties {
         let s = side(novelty);
-        let label = |i: &usize| pair.labels[s].get(*i).copied().unwrap_or(Label::Other);
-        let is_true = |i: &&usize| matches!(label(i), Label::Seen | Label::Beyond | Label::Hidden);
-        let counts = |i: &&usize| label(i) != Label::Same;
-        for i in &novelty.points {
-            if let Some(place) = on[s].get_mut(*i) {
-                *place = true;
+        let label = |i: &usize| {
+            pair.labels[s]
+                .get(*i)
+                .copied()
+                .unwrap_or(PointLabel::Unchanged)
+        };
+        let is_true = |i: &&usize| {
+            matches!(
+                label(i),
+                PointLabel::Seen | PointLabel::Beyond | PointLabel::Hidden
+            )
+        };
+        let counts = |i: &&usize| label(i) != PointLabel::Unmoved;
+        for i in &novelty.point_indices {
+            if let Some(is_listed) = on[s].get_mut(*i) {
+                *is_listed = true;
             }
         }
-        let points = novelty.points.iter().filter(counts).count();
-        listed.push(Listed {
+        let points = novelty.point_indices.iter().filter(counts).count();
+        listed.push(ListedNovelty {
             kind: novelty.kind,
             points,
-            true_points: novelty.points.iter().filter(is_true).count(),
+            true_points: novelty.point_indices.iter().filter(is_true).count(),
             support: novelty.support,
             centre: novelty.moments.mean.coords.into(),
             extent: novelty.extent_m,
             contribution: novelty.contribution,
         });
     }
-    let of = |wanted: &[Label]| {
-        let all = pair.labels.iter().flatten();
-        all.filter(|l| wanted.contains(l)).count()
+    let count = |label: PointLabel| {
+        pair.labels
+            .iter()
+            .flatten()
+            .filter(|l| **l == label)
+            .count()
     };
-    let (seen_points, beyond_points) = (of(&[Label::Seen]), of(&[Label::Beyond]));
-    let true_points = seen_points + beyond_points + of(&[Label::Hidden]);
+    let (seen_points, beyond_points) = (count(PointLabel::Seen), count(PointLabel::Beyond));
+    let true_points = seen_points + beyond_points + count(PointLabel::Hidden);
     let (shift_error_m, turn_error_deg) = registration_error(
         &pair.current_from_reference,
         &detection.registration.current_from_reference,
         &pair.sweeps[0].view.origin,
         &detection.registration.unobservable,
     );
-    Outcome {
-        planned: pair.planned,
-        told: pair.told.clone(),
+    PairScore {
+        plan: pair.plan,
+        change_description: pair.change_description.clone(),
         engine,
-        given,
+        input,
         verdict: detection.verdict,
         reason: detection.reason.clone(),
         d_gmm: detection.d_gmm,
         unexplained: detection.unexplained,
-        iou: overlap(&pair.labels, &on, &[Label::Same]).filter(|_| true_points > 0),
+        iou: overlap(&pair.labels, &on, &[PointLabel::Unmoved]).filter(|_| true_points > 0),
         iou_seen: overlap(
             &pair.labels,
             &on,
-            &[Label::Same, Label::Hidden, Label::Beyond],
+            &[PointLabel::Unmoved, PointLabel::Hidden, PointLabel::Beyond],
         )
         .filter(|_| seen_points > 0),
         listed,
@@ -160,28 +178,31 @@ pub fn score(pair: &Pair, engine: Engine, given: Given, judged: &Judged) -> Outc
         shift_error_m,
         turn_error_deg,
         unobservable: detection.registration.unobservable.clone(),
-        share: detection.registration.share,
+        share: detection.registration.agreement,
         disagreement: detection.disagreement,
-        prepare_ms: judged.prepare_ms,
-        verdict_ms: judged.verdict_ms,
+        verdict_ms: answer.answer_ms,
     }
 }
 
-/// Intersection over union of listed and true points, leaving out those with one of these labels.
-fn overlap(labels: &[Vec<Label>; 2], on: &[Vec<bool>; 2], without: &[Label]) -> Option<f64> {
+/// Intersection over union of listed and true points, without points of the labels `without`.
+fn overlap(
+    labels: &[Vec<PointLabel>; 2],
+    on: &[Vec<bool>; 2],
+    without: &[PointLabel],
+) -> Option<f64> {
     let (mut both, mut either) = (0usize, 0usize);
     for (label, on) in labels.iter().flatten().zip(on.iter().flatten()) {
         if without.contains(label) {
             continue;
         }
-        let truly = *label != Label::Other;
-        both += usize::from(truly && *on);
-        either += usize::from(truly || *on);
+        let changed = *label != PointLabel::Unchanged;
+        both += usize::from(changed && *on);
+        either += usize::from(changed || *on);
     }
     (either > 0).then(|| both as f64 / either as f64)
 }
 
-/// How far `found` is from the truth at the laser, metres and degrees, without the directions told as unobservable.
+/// Error of `found` at the laser, metres and degrees, without the unobservable directions.
 fn registration_error(
     truth: &Pose,
     found: &Pose,
@@ -190,20 +211,20 @@ fn registration_error(
 ) -> (f64, f64) {
     let off = truth.inverse() * found;
     let mut shift: Vector3<f64> = off * origin - origin;
-    let mut turn = off.rotation.scaled_axis();
-    for told in unobservable {
-        let Some((about, axis)) = direction(told) else {
+    let mut rotation = off.rotation.scaled_axis();
+    for text in unobservable {
+        let Some((about, axis)) = parse_direction(text) else {
             continue;
         };
-        let which = if about { &mut turn } else { &mut shift };
-        *which -= axis * axis.dot(which);
+        let error = if about { &mut rotation } else { &mut shift };
+        *error -= axis * axis.dot(error);
     }
-    (shift.norm(), turn.norm().to_degrees())
+    (shift.norm(), rotation.norm().to_degrees())
 }
 
-/// The direction in "along (0.99, 0.05, 0.00)", and whether it is a turn ("about ...").
-fn direction(told: &str) -> Option<(bool, Vector3<f64>)> {
-    let (word, rest) = told.split_once('(')?;
+/// The direction in "along (0.99, 0.05, 0.00)", and whether it is an axis of rotation ("about ...").
+fn parse_direction(text: &str) -> Option<(bool, Vector3<f64>)> {
+    let (kind, rest) = text.split_once('(')?;
     let (numbers, _) = rest.split_once(')')?;
     let numbers: Vec<f64> = numbers
         .split(',')
@@ -211,35 +232,35 @@ fn direction(told: &str) -> Option<(bool, Vector3<f64>)> {
         .collect::<Result<_, _>>()
         .ok()?;
     let axis = Vector3::from_column_slice(numbers.get(..3)?).try_normalize(1e-6)?;
-    Some((word.trim() == "about", axis))
+    Some((kind.trim() == "about", axis))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Label, direction, overlap, registration_error};
+    use super::{PointLabel, overlap, parse_direction, registration_error};
     use nalgebra::{Point3, Vector3};
     use patrold_engine::geometry::Pose;
 
     #[test]
-    fn told_directions_are_read() {
+    fn directions_are_parsed() {
         assert_eq!(
-            direction("along (0.00, 1.00, 0.00)"),
+            parse_direction("along (0.00, 1.00, 0.00)"),
             Some((false, Vector3::y()))
         );
         assert_eq!(
-            direction("about (0.00, 0.00, -2.00)"),
+            parse_direction("about (0.00, 0.00, -2.00)"),
             Some((true, -Vector3::z()))
         );
-        assert_eq!(direction("sideways"), None);
-        assert_eq!(direction("along (a, b, c)"), None);
+        assert_eq!(parse_direction("sideways"), None);
+        assert_eq!(parse_direction("along (a, b, c)"), None);
     }
 
     #[test]
-    fn what_a_registration_does_not_claim_is_no_error() {
+    fn unobservable_directions_are_no_error() {
         let found = Pose::new(Vector3::new(0.03, 0.04, 0.0), Vector3::z() * 0.01);
-        let error = |told: &[&str]| {
-            let told: Vec<String> = told.iter().map(|t| (*t).to_owned()).collect();
-            registration_error(&Pose::identity(), &found, &Point3::origin(), &told)
+        let error = |unobservable: &[&str]| {
+            let unobservable: Vec<String> = unobservable.iter().map(|t| (*t).to_owned()).collect();
+            registration_error(&Pose::identity(), &found, &Point3::origin(), &unobservable)
         };
         assert!((error(&[]).0 - 0.05).abs() < 1e-12);
         assert!((error(&[]).1 - 0.01_f64.to_degrees()).abs() < 1e-12);
@@ -248,13 +269,16 @@ mod tests {
     }
 
     #[test]
-    fn overlap_leaves_out_what_counts_neither_way() {
-        use Label::{Hidden, Other, Same, Seen};
-        let labels = [vec![Seen, Seen, Other], vec![Same, Hidden, Other, Seen]];
+    fn overlap_leaves_out_the_given_labels() {
+        use PointLabel::{Hidden, Seen, Unchanged, Unmoved};
+        let labels = [
+            vec![Seen, Seen, Unchanged],
+            vec![Unmoved, Hidden, Unchanged, Seen],
+        ];
         let on = [vec![true, false, false], vec![true, true, true, true]];
-        assert_eq!(overlap(&labels, &on, &[Same]), Some(0.6));
-        assert_eq!(overlap(&labels, &on, &[Same, Hidden]), Some(0.5));
-        let none = [Vec::new(), vec![Other]];
+        assert_eq!(overlap(&labels, &on, &[Unmoved]), Some(0.6));
+        assert_eq!(overlap(&labels, &on, &[Unmoved, Hidden]), Some(0.5));
+        let none = [Vec::new(), vec![Unchanged]];
         assert_eq!(overlap(&none, &[Vec::new(), vec![false]], &[]), None);
     }
 }

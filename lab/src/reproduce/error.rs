@@ -1,35 +1,33 @@
-//! Why a scene cannot be made.
+//! Why a scene cannot be simulated.
 
 use patrold_sim::world::SceneError;
 
-/// Why a scene cannot be made.
+/// Why a scene cannot be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum LookError {
+pub enum ScenePairError {
     /// A mistake in its text.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Nothing that was drawn for it shows as many points as it should.
+    /// No object drawn shows as many points as it should.
     #[error(
-        "scene {name}: none of {tries} things drawn shows {least} to {most} points, try another seed"
+        "scene {name}: none of {tries} objects drawn shows {min} to {max} points, try another seed"
     )]
     Points {
-        /// The scene.
+        /// Name of the scene.
         name: String,
-        /// Things drawn.
+        /// Objects drawn.
         tries: usize,
         /// Fewest points.
-        least: usize,
+        min: usize,
         /// Most points.
-        most: usize,
+        max: usize,
     },
-    /// Nothing that was drawn for it stands clear of what is there.
-    #[error(
-        "scene {name}: none of {tries} things drawn stands clear of the walls, try another seed"
-    )]
+    /// No object drawn is clear of the walls.
+    #[error("scene {name}: none of {tries} objects drawn is clear of the walls, try another seed")]
     NotClear {
-        /// The scene.
+        /// Name of the scene.
         name: String,
-        /// Things drawn.
+        /// Objects drawn.
         tries: usize,
     },
 }

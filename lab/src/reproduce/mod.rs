@@ -1,35 +1,40 @@
-//! Takes a seed, gives the paper's experiments (section V): its corridor and its three test sites, and a furnished room
-//! for the shapes that it left for later, with what was in them, what the engine made of each, and the columns of Tables I and II.
+//! The experiments of paper section V, and a furnished room for the shapes that the paper left for later: a seed in, the
+//! columns of Tables I and II out.
 //!
-//! `corridor`, `sites` and `rooms` make scenes with their truth (the last two by `two_sweeps`), `ways` are the columns, `judge` is where scenes
-//! meet the engine, `score` compares one answer with its truth, `row` counts. `removal` is Fig. 3, `ideal_cylinder`
-//! Fig. 4d; `picture` and `outline` are what Fig. 5 and 6 show.
+//! [`CorridorScene`], [`TestSite`] and [`FurnishedRoom`] simulate scenes with their truth, [`run_engine()`] runs the engine
+//! and method of a [`TableColumn`], [`score()`] compares one answer with its truth, [`column_rows()`] counts.
+//! [`remove_gaussians`] is Fig. 3, [`cylinder_attitudes`] Fig. 4d; [`scene_picture`] is the content of Fig. 5 and 6.
 
+mod column_rows;
+mod column_summary;
 mod constants;
 mod corridor;
 mod error;
+mod furnished_room;
 mod ideal_cylinder;
-mod judge;
-pub mod outline;
+mod outline;
+mod paper_tables;
 mod picture;
 mod removal;
-mod rooms;
-mod row;
+mod run_engine;
+mod scene_pair;
 mod score;
-mod sites;
-mod truth;
-mod two_sweeps;
-mod ways;
+mod sweep_pair;
+mod table_column;
+mod test_site;
 
-pub use corridor::{Beams, Corridor, Density, Noise, Thing};
-pub use error::LookError;
-pub use ideal_cylinder::{Attitude, Told, attitudes, told};
-pub use judge::{Clock, Judged, judge};
-pub use picture::{Picture, picture};
-pub use removal::{Removal, RemovalError, Removals, removals};
-pub use rooms::Furnished;
-pub use row::{PAPER, PaperColumn, Row};
-pub use score::{Mark, rotation_error_rad, score};
-pub use sites::Site;
-pub use truth::{Look, Truth};
-pub use ways::Way;
+pub use column_rows::{ColumnRow, SceneResult, column_rows};
+pub use column_summary::ColumnSummary;
+pub use corridor::{BeamLayout, CorridorNoise, CorridorObject, CorridorScene, PointDensity};
+pub use error::ScenePairError;
+pub use furnished_room::FurnishedRoom;
+pub use ideal_cylinder::{AxisAccuracy, CylinderAttitude, axis_accuracy, cylinder_attitudes};
+pub use outline::{Polyline, gaussian_outline, shape_outline};
+pub use paper_tables::{PAPER_COLUMNS, PaperColumn};
+pub use picture::{ScenePicture, scene_picture};
+pub use removal::{GaussianRemoval, RemovalError, RemovalStep, remove_gaussians};
+pub use run_engine::run_engine;
+pub use scene_pair::{NoveltyTruth, ScenePair};
+pub use score::{SceneScore, score};
+pub use table_column::TableColumn;
+pub use test_site::TestSite;

@@ -1,17 +1,18 @@
-//! Fig. 3: a thing in the corridor, both clouds as mixtures, and d_GMM while Algorithm 1 takes Gaussians away.
+//! Fig. 3: an object in the corridor, both clouds as mixtures, and d_GMM while Algorithm 1 removes Gaussians.
 
-use super::Look;
-use super::constants::{ENGINE_SEED, MOST_REMOVED};
-use nalgebra::Point3;
-use patrold_engine::distance::{DistanceError, Ground, emd};
+use super::constants::MAX_REMOVED;
+use super::scene_pair::ScenePair;
+use crate::constants::ENGINE_SEED;
+use patrold_engine::distance::{DistanceError, GroundDistance, emd};
 use patrold_engine::geometry::View;
 use patrold_engine::inspect::{EngineSettings, prepare};
 use patrold_engine::mixture::{
     Mixture, MixtureError, RefitSettings, SplitSettings, Unexplained, refit,
 };
-use patrold_engine::novelty::{NoveltyError, Prepared, Settings};
+use patrold_engine::novelty::{NoveltyError, NoveltySettings, PreparedView};
+use serde::Serialize;
 
-/// Why there is no such figure.
+/// Why the figure cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum RemovalError {
     /// A cloud with too few points.
@@ -25,114 +26,120 @@ pub enum RemovalError {
     Distance(#[from] DistanceError),
 }
 
-/// One turn of Algorithm 1's loop.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Removal {
-    /// Mean of the Gaussian that was taken away, metres.
-    pub mean: Point3<f64>,
+/// One iteration of Algorithm 1.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RemovalStep {
+    /// Mean of the removed Gaussian, metres.
+    pub mean: [f64; 3],
     /// Its weight in the whole mixture.
     pub weight: f64,
-    /// Whether that mean lies within the true thing's half length of its middle.
-    pub of_thing: bool,
-    /// d_GMM of what is left, metres.
+    /// Whether that mean lies within half the length of the true object of its centre.
+    #[serde(rename = "of_thing")]
+    pub of_object: bool,
+    /// d_GMM of the remaining mixture, metres.
     pub d_gmm_m: f64,
 }
 
 /// Fig. 3 as numbers.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Removals {
-    /// Where the loop ends, metres.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GaussianRemoval {
+    /// Threshold at which the loop ends, metres.
     pub u_th_m: f64,
-    /// Gaussians of the reference, of the revisit.
-    pub components: [usize; 2],
-    /// d_GMM of another look at which nothing was new: what beams that fall elsewhere move, metres. With 400 beams
-    /// it may be as much as a thing moves, so no threshold on whole mixtures tells them apart.
+    /// d_GMM of another view without an object, metres: the effect of beams that fall elsewhere. With 400 beams it may be
+    /// as large as that of an object, so that no threshold on whole mixtures separates them.
     pub unchanged_m: f64,
+    /// Gaussians of the reference and of the revisit.
+    pub components: [usize; 2],
     /// d_GMM of the whole mixtures, metres.
     pub d_gmm_m: f64,
-    /// What was taken, in order; ends below U_th or where nothing brings the mixtures nearer.
-    pub steps: Vec<Removal>,
+    /// Removed Gaussians in order; ends below U_th or where no removal brings the mixtures nearer.
+    #[serde(rename = "removed")]
+    pub steps: Vec<RemovalStep>,
 }
 
-/// Runs Algorithm 1 as printed on the mixtures of `look`; `unchanged` is another look at its reference. The Gaussian taken
-/// is the one without which d_GMM is least (line 4 leaves open how change is quantified). The revisit's mixture is the
-/// reference's with new Gaussians for what that does not explain, for two independent fits of one place lie as far
-/// apart as a thing does. A thing beside a wall may be explained by the wall's Gaussian: then that one is taken first.
+/// Runs Algorithm 1 as printed on the mixtures of `scene`; `unchanged` is another view of its reference. It removes the
+/// Gaussian without which d_GMM is least (line 4 leaves open how change is quantified). The mixture of the revisit is that
+/// of the reference with new Gaussians for what it does not explain, because two independent fits of one place differ as
+/// much as an object does. An object beside a wall may be explained by the Gaussian of the wall: then that is removed
+/// first.
 ///
 /// # Errors
 /// Clouds with too few points.
-pub fn removals(look: &Look, unchanged: &View) -> Result<Removals, RemovalError> {
+pub fn remove_gaussians(
+    scene: &ScenePair,
+    unchanged: &View,
+) -> Result<GaussianRemoval, RemovalError> {
     let settings = EngineSettings::standard();
-    let reference = prepare(&look.reference, &settings, ENGINE_SEED)?;
+    let reference = prepare(&scene.reference, &settings, ENGINE_SEED)?;
     let explained = Unexplained::Listed(&[]);
-    let told = refit_settings(&reference.prepared);
-    let points = &look.reference.points;
-    let gamma = refit(&reference.mixture, points, None, explained, &told)?.mixture;
-    let theta = revisit(&gamma, &look.current, &settings.novelty, &told)?;
+    let refitting = refit_settings(&reference.prepared);
+    let points = &scene.reference.points;
+    let gamma = refit(&reference.mixture, points, None, explained, &refitting)?.mixture;
+    let theta = revisit_mixture(&gamma, &scene.current, &settings.novelty, &refitting)?;
     let ground = settings.novelty.quantify.ground;
     let u_th_m = settings.novelty.u_th();
-    let again = revisit(&gamma, unchanged, &settings.novelty, &told)?;
+    let unchanged = revisit_mixture(&gamma, unchanged, &settings.novelty, &refitting)?;
 
     let whole = emd(&theta, &gamma, ground)?.d;
-    let (mut d, mut left, mut steps) = (whole, theta.clone(), Vec::new());
-    while d >= u_th_m && left.len() > 1 && steps.len() < MOST_REMOVED {
-        let Some((taken, next, fewer)) = nearest_without_one(&left, &gamma, ground)? else {
+    let (mut d, mut rest, mut steps) = (whole, theta.clone(), Vec::new());
+    while d >= u_th_m && rest.len() > 1 && steps.len() < MAX_REMOVED {
+        let Some((removed, next_d, next_rest)) = nearest_without_one(&rest, &gamma, ground)? else {
             break;
         };
-        if next >= d {
+        if next_d >= d {
             break;
         }
-        let gaussian = left.components[taken];
+        let gaussian = rest.components[removed];
         let own = theta.components.iter().position(|g| *g == gaussian);
-        steps.push(Removal {
-            mean: gaussian.mean,
+        steps.push(RemovalStep {
+            mean: gaussian.mean.coords.into(),
             weight: own.map_or(0.0, |k| theta.weights[k]),
-            of_thing: look.truth.as_ref().is_some_and(|t| {
+            of_object: scene.truth.as_ref().is_some_and(|t| {
                 let longest = t.size_m.iter().fold(0.0_f64, |a, s| a.max(*s));
                 (gaussian.mean - t.centre).norm() <= longest / 2.0
             }),
-            d_gmm_m: next,
+            d_gmm_m: next_d,
         });
-        (d, left) = (next, fewer);
+        (d, rest) = (next_d, next_rest);
     }
-    Ok(Removals {
+    Ok(GaussianRemoval {
         u_th_m,
-        unchanged_m: emd(&again, &gamma, ground)?.d,
+        unchanged_m: emd(&unchanged, &gamma, ground)?.d,
         components: [gamma.len(), theta.len()],
         d_gmm_m: whole,
         steps,
     })
 }
 
-fn refit_settings(own: &Prepared) -> RefitSettings {
-    let at_m = own.middle_range_m;
-    let spacing_m = (own.rays.spacing_rad * at_m).max(own.surfaces.cell_m);
+fn refit_settings(view: &PreparedView) -> RefitSettings {
+    let at_m = view.median_range_m;
+    let spacing_m = (view.rays.spacing_rad * at_m).max(view.surfaces.cell_m);
     RefitSettings {
-        split: SplitSettings::for_data(own.noise.sigma_m(at_m), spacing_m),
+        split: SplitSettings::for_data(view.noise.sigma_m(at_m), spacing_m),
         ..RefitSettings::default()
     }
 }
 
-fn revisit(
+fn revisit_mixture(
     gamma: &Mixture,
     current: &View,
-    settings: &Settings,
-    told: &RefitSettings,
+    settings: &NoveltySettings,
+    refitting: &RefitSettings,
 ) -> Result<Mixture, RemovalError> {
-    let now = Prepared::of(current, "current", &settings.evidence)?;
-    let noise_m2 = now.noise.sigma_m(now.middle_range_m).powi(2);
-    let beyond = match Unexplained::default() {
+    let view = PreparedView::new(current, "current", &settings.evidence)?;
+    let noise_m2 = view.noise.sigma_m(view.median_range_m).powi(2);
+    let unexplained = match Unexplained::default() {
         Unexplained::Beyond { sigmas, .. } => Unexplained::Beyond { sigmas, noise_m2 },
         listed @ Unexplained::Listed(_) => listed,
     };
-    Ok(refit(gamma, &current.points, None, beyond, told)?.mixture)
+    Ok(refit(gamma, &current.points, None, unexplained, refitting)?.mixture)
 }
 
-/// Which Gaussian to take away so that the rest is nearest to `gamma`, how near that is, and the rest.
+/// The Gaussian whose removal leaves the rest nearest to `gamma`, the distance, and the rest.
 fn nearest_without_one(
     theta: &Mixture,
     gamma: &Mixture,
-    ground: Ground,
+    ground: GroundDistance,
 ) -> Result<Option<(usize, f64, Mixture)>, RemovalError> {
     let mut best: Option<(usize, f64, Mixture)> = None;
     for k in 0..theta.len() {
@@ -153,42 +160,50 @@ fn nearest_without_one(
 
 #[cfg(test)]
 mod tests {
-    use super::removals;
-    use crate::reproduce::{Beams, Corridor, Density, Noise, Thing};
+    use super::remove_gaussians;
+    use crate::reproduce::{
+        BeamLayout, CorridorNoise, CorridorObject, CorridorScene, PointDensity,
+    };
 
-    fn corridor(thing: Thing, number: usize) -> Corridor {
-        Corridor {
-            thing,
-            noise: Noise::Fine,
-            density: Density::Many,
-            beams: Beams::Rows,
+    fn corridor(object: CorridorObject, number: usize) -> CorridorScene {
+        CorridorScene {
+            object,
+            noise: CorridorNoise::Fine,
+            density: PointDensity::Many,
+            beams: BeamLayout::Rows,
             number,
         }
     }
 
     #[test]
-    fn every_removal_brings_the_mixtures_nearer_and_the_thing_mostly_goes_first() {
-        let empty = corridor(Thing::Nothing, 0).look(5).expect("a scene");
+    fn every_removal_brings_the_mixtures_nearer_and_mostly_the_object_is_first() {
+        let empty = corridor(CorridorObject::Nothing, 0)
+            .simulate(5)
+            .expect("a scene");
         let (mut own, mut first) = (0, 0);
         for number in 0..6 {
-            for thing in [Thing::Sphere, Thing::Cylinder, Thing::Plane] {
-                let look = corridor(thing, number).look(5).expect("a scene");
-                let told = removals(&look, &empty.current).expect("a figure");
-                assert!(!told.steps.is_empty(), "{told:?}");
-                let mut d = told.d_gmm_m;
-                for step in &told.steps {
-                    assert!(step.d_gmm_m < d, "{told:?}");
+            for object in [
+                CorridorObject::Sphere,
+                CorridorObject::Cylinder,
+                CorridorObject::Plane,
+            ] {
+                let scene = corridor(object, number).simulate(5).expect("a scene");
+                let removal = remove_gaussians(&scene, &empty.current).expect("a figure");
+                assert!(!removal.steps.is_empty(), "{removal:?}");
+                let mut d = removal.d_gmm_m;
+                for step in &removal.steps {
+                    assert!(step.d_gmm_m < d, "{removal:?}");
                     d = step.d_gmm_m;
                 }
-                if told.components[1] > told.components[0] {
+                if removal.components[1] > removal.components[0] {
                     own += 1;
-                    first += usize::from(told.steps[0].of_thing);
+                    first += usize::from(removal.steps[0].of_object);
                 }
             }
         }
-        // One beside a wall may go into the wall's Gaussian, the paper's own first reason of failure.
-        assert!(own >= 12, "{own} of 18 things have Gaussians of their own");
-        // A rate, not a law: beams that fall elsewhere may move a wall's mass further than the thing's (1 of 15 here).
-        assert!(5 * first >= 4 * own, "the thing first in {first} of {own}");
+        // One beside a wall may be explained by the Gaussian of the wall, the first reason of failure in the paper.
+        assert!(own >= 12, "{own} of 18 objects have Gaussians of their own");
+        // Not always: beams that fall elsewhere may have a larger effect than the object (1 of 15 here).
+        assert!(5 * first >= 4 * own, "the object first in {first} of {own}");
     }
 }

@@ -1,10 +1,16 @@
-//! Every figure that decides something in this module, its unit and where it comes from.
+//! Constants of the emulator.
 
 use std::time::Duration;
 
-/// Longest span of virtual time that the emulation passes in one piece. The head's twin remembers two seconds of its
+/// Longest span of virtual time that the emulation advances in one step. The emulated head remembers two seconds of its
 /// motion, and a scan looks one turn and a half back.
-pub const EMULATION_PIECE: Duration = Duration::from_millis(500);
+pub(crate) const MAX_TIME_STEP: Duration = Duration::from_millis(500);
 
-/// Wall time after which an emulated port looks around even if nothing is due.
-pub const EMULATOR_LOOK: Duration = Duration::from_millis(20);
+/// Wall time after which an emulated port is served even if nothing is due.
+pub(crate) const POLL_INTERVAL: Duration = Duration::from_millis(20);
+
+/// Unplug faults that wait for their time; further ones are ignored.
+pub(crate) const MAX_PENDING_UNPLUGS: usize = 64;
+
+/// Shortest time-out that a socket accepts.
+pub(crate) const MIN_SOCKET_TIMEOUT: Duration = Duration::from_micros(1);

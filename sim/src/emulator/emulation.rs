@@ -1,42 +1,43 @@
-//! The two devices and what stands around them, in one virtual time: bytes and instants in, bytes out. Pure.
+//! The two devices and their surroundings in one virtual time: bytes and instants in, bytes out. Pure.
 //!
-//! The laser's twin asks for a revolution when it has ended; by then the head's twin has passed that instant and
-//! remembers where it pointed at each beam's own.
+//! The emulated laser asks for a revolution when it has ended; by then the emulated head has passed those instants and
+//! remembers where it pointed at each beam.
 
-use super::constants::EMULATION_PIECE;
+use super::constants::MAX_TIME_STEP;
 use super::fault::EmulatedFault;
 use super::plug::{Plug, PlugEvent};
-use crate::world::{BeamFan, Lookaround, MountGeometry, NoiseOptions, Robot, Stand, World};
-use scip::twin::Surroundings;
+use crate::world::{
+    BeamFan, MountGeometry, NoiseOptions, Pose2d, SimulatedLaser, SimulatedRobot, World,
+};
+use scip::emulator::RangeSource;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What the emulated devices are.
+/// Options of both emulated devices.
 #[derive(Debug, Clone)]
 pub struct EmulationOptions {
     /// The laser.
-    pub laser: scip::twin::TwinOptions,
+    pub laser: scip::emulator::LaserOptions,
     /// The head.
-    pub head: ptu::twin::TwinOptions,
-    /// How the robot carries the laser, in truth.
+    pub head: ptu::emulator::HeadOptions,
+    /// True geometry of the mount.
     pub mount: MountGeometry,
-    /// How the laser's ranges err.
+    /// Errors of the ranges.
     pub noise: NoiseOptions,
 }
 
 impl EmulationOptions {
-    /// A URG-04LX after power-up on USB, a D46-17 that stands calibrated at zero, the default mount; every kind of
-    /// chance from one seed.
+    /// A URG-04LX after power-up on USB, a calibrated D46-17 at zero, the default mount; everything random from one seed.
     pub fn seeded(seed: u64) -> Self {
         Self {
-            laser: scip::twin::TwinOptions {
+            laser: scip::emulator::LaserOptions {
                 seed,
-                ..scip::twin::TwinOptions::default()
+                ..scip::emulator::LaserOptions::default()
             },
-            head: ptu::twin::TwinOptions {
+            head: ptu::emulator::HeadOptions {
                 seed,
-                ..ptu::twin::TwinOptions::default()
+                ..ptu::emulator::HeadOptions::default()
             },
             mount: MountGeometry::default(),
             noise: NoiseOptions::seeded(seed),
@@ -44,20 +45,20 @@ impl EmulationOptions {
     }
 }
 
-/// Both twins in one world.
+/// Both emulated devices in one world.
 #[derive(Debug)]
 pub struct Emulation {
-    laser: scip::twin::Twin,
-    head: ptu::twin::Twin,
+    laser: scip::emulator::EmulatedLaser,
+    head: ptu::emulator::EmulatedHead,
     laser_plug: Plug,
     head_plug: Plug,
-    around: Lookaround,
+    scanner: SimulatedLaser,
     now: Duration,
-    turns: Option<Vec<(Duration, f64)>>,
+    revolutions: Option<Vec<(Duration, f64)>>,
 }
 
 impl Emulation {
-    /// Both devices with their power on, the robot standing at `map_from_base`.
+    /// Both devices powered on, the robot at `map_from_base`.
     pub fn new(
         options: EmulationOptions,
         world: Arc<World>,
@@ -76,140 +77,140 @@ impl Emulation {
             ..options.noise
         };
         Self {
-            laser: scip::twin::Twin::new(options.laser, now),
-            head: ptu::twin::Twin::new(options.head, now),
+            laser: scip::emulator::EmulatedLaser::new(options.laser, now),
+            head: ptu::emulator::EmulatedHead::new(options.head, now),
             laser_plug: Plug::default(),
             head_plug: Plug::default(),
-            around: Lookaround {
+            scanner: SimulatedLaser {
                 world,
-                robot: Robot {
-                    pose: map_from_base,
+                robot: SimulatedRobot {
+                    map_from_base,
                     mount: options.mount,
                 },
                 fan,
                 noise,
             },
             now,
-            turns: None,
+            revolutions: None,
         }
     }
 
-    /// Bytes for the laser.
+    /// Takes bytes that were sent to the laser.
     pub fn handle_laser_bytes(&mut self, bytes: &[u8], now: Duration) {
         self.advance(now);
-        if self.laser_plug.is_in() {
+        if self.laser_plug.is_plugged_in() {
             self.laser.handle_bytes(bytes, self.now);
         }
     }
 
-    /// Bytes for the head.
+    /// Takes bytes that were sent to the head.
     pub fn handle_head_bytes(&mut self, bytes: &[u8], now: Duration) {
         self.advance(now);
-        if self.head_plug.is_in() {
+        if self.head_plug.is_plugged_in() {
             self.head.handle_bytes(bytes, self.now);
         }
     }
 
-    /// Lets time pass. Long spans go in pieces, so that the head's memory always covers the laser's last turns.
+    /// Advances time, long spans in steps: the motion that the head remembers covers the last revolutions of the laser.
     pub fn advance(&mut self, now: Duration) {
         let now = now.max(self.now);
         loop {
-            self.now = now.min(self.now + EMULATION_PIECE);
+            self.now = now.min(self.now + MAX_TIME_STEP);
             self.head.advance(self.now);
-            let mut view = View {
-                around: &mut self.around,
+            let mut mounted = HeadMountedLaser {
+                scanner: &mut self.scanner,
                 head: &self.head,
-                turns: self.turns.as_mut(),
+                revolutions: self.revolutions.as_mut(),
             };
-            self.laser.advance(self.now, &mut view);
-            self.move_plugs();
+            self.laser.advance(self.now, &mut mounted);
+            self.apply_plug_events();
             if self.now == now {
                 return;
             }
         }
     }
 
-    /// Lets the plugs be pulled and put in. What a device says to nobody is lost.
-    fn move_plugs(&mut self) {
-        while let Some(event) = self.laser_plug.happen(self.now) {
-            let restarts = event == PlugEvent::PutIn { power_back: true };
-            if restarts || event == (PlugEvent::Pulled { power_lost: true }) {
+    /// Unplugs and plugs in what is due; the output of an unplugged device is lost.
+    fn apply_plug_events(&mut self) {
+        while let Some(event) = self.laser_plug.poll_event(self.now) {
+            let restarts = event == PlugEvent::PluggedIn { power_back: true };
+            if restarts || event == (PlugEvent::Unplugged { power_lost: true }) {
                 self.laser.power_cycle(self.now);
             }
         }
-        while let Some(event) = self.head_plug.happen(self.now) {
+        while let Some(event) = self.head_plug.poll_event(self.now) {
             match event {
-                PlugEvent::Pulled { power_lost: true } => self.head.power_off(self.now),
-                PlugEvent::PutIn { power_back: true } => self.head.power_cycle(self.now),
+                PlugEvent::Unplugged { power_lost: true } => self.head.power_off(self.now),
+                PlugEvent::PluggedIn { power_back: true } => self.head.power_cycle(self.now),
                 _ => {}
             }
         }
-        if !self.laser_plug.is_in() {
+        if !self.laser_plug.is_plugged_in() {
             while self.laser.poll_output().is_some() {}
         }
-        if !self.head_plug.is_in() {
+        if !self.head_plug.is_plugged_in() {
             while self.head.poll_output().is_some() {}
         }
     }
 
-    /// Whether the laser's port is there.
+    /// Whether the port of the laser exists.
     pub fn laser_plugged_in(&self) -> bool {
-        self.laser_plug.is_in()
+        self.laser_plug.is_plugged_in()
     }
 
-    /// Whether the head's port is there.
+    /// Whether the port of the head exists.
     pub fn head_plugged_in(&self) -> bool {
-        self.head_plug.is_in()
+        self.head_plug.is_plugged_in()
     }
 
-    /// The link under which the laser came back, if it was another.
+    /// The link under which the laser returned, if it was another.
     pub fn laser_link(&self) -> Option<&Path> {
         self.laser_plug.link()
     }
 
-    /// The link under which the head came back, if it was another.
+    /// The link under which the head returned, if it was another.
     pub fn head_link(&self) -> Option<&Path> {
         self.head_plug.link()
     }
 
-    /// What has come from the laser: when, and the bytes.
+    /// The next output of the laser: its instant and bytes.
     pub fn poll_laser(&mut self) -> Option<(Duration, Vec<u8>)> {
         self.laser.poll_output().map(|out| (out.at, out.bytes))
     }
 
-    /// What has come from the head.
+    /// The next output of the head.
     pub fn poll_head(&mut self) -> Option<(Duration, Vec<u8>)> {
         self.head.poll_output().map(|out| (out.at, out.bytes))
     }
 
-    /// When the laser has something next.
+    /// When the laser has to be served next.
     pub fn next_laser_event(&self) -> Option<Duration> {
         earlier(self.laser.next_event(), self.laser_plug.next_event())
     }
 
-    /// When the head has something next.
+    /// When the head has to be served next.
     pub fn next_head_event(&self) -> Option<Duration> {
         earlier(self.head.next_event(), self.head_plug.next_event())
     }
 
-    /// The latest instant it was told of.
+    /// The instant that it has advanced to.
     pub fn now(&self) -> Duration {
         self.now
     }
 
-    /// Puts the robot elsewhere, at once.
-    pub fn drive_to(&mut self, stand: Stand) {
-        self.around.robot.drive_to(stand);
+    /// Puts the robot at `pose` at once.
+    pub fn drive_to(&mut self, pose: Pose2d) {
+        self.scanner.robot.drive_to(pose);
     }
 
-    /// Changes what stands around; the robot stays where it is.
+    /// Changes the surroundings; the robot keeps its pose.
     pub fn set_world(&mut self, world: Arc<World>) {
-        self.around.world = world;
+        self.scanner.world = world;
     }
 
-    /// Sets a fault; its time counts from now.
+    /// Injects a fault; its time counts from now.
     pub fn inject(&mut self, fault: EmulatedFault) {
-        match fault.given_at(self.now) {
+        match fault.counted_from(self.now) {
             EmulatedFault::Laser(spec) => self.laser.inject(spec),
             EmulatedFault::Head(spec) => self.head.inject(spec),
             EmulatedFault::LaserUnplugged(unplug) => self.laser_plug.add(unplug),
@@ -217,27 +218,27 @@ impl Emulation {
         }
     }
 
-    /// Whether the laser is on, in truth.
+    /// Whether the laser is truly on.
     pub fn laser_on(&self) -> bool {
         self.laser.laser_on()
     }
 
-    /// Whether an axis of the head moves, in truth.
+    /// Whether an axis of the head truly moves.
     pub fn head_moving(&self) -> bool {
         self.head.moving()
     }
 
-    /// Records every revolution of the laser's mirror from now on, for [`Emulation::turns`].
-    pub fn record_turns(&mut self) {
-        self.turns.get_or_insert_default();
+    /// Records every revolution of the mirror from now on, for [`Emulation::revolutions`].
+    pub fn record_revolutions(&mut self) {
+        self.revolutions.get_or_insert_default();
     }
 
-    /// The recorded revolutions: when each began, and the true tilt as the mirror looked straight ahead, radians.
-    pub fn turns(&self) -> &[(Duration, f64)] {
-        self.turns.as_deref().unwrap_or_default()
+    /// The recorded revolutions: when each began, and the true tilt when the mirror pointed straight ahead, radians.
+    pub fn revolutions(&self) -> &[(Duration, f64)] {
+        self.revolutions.as_deref().unwrap_or_default()
     }
 
-    /// Pan and tilt in truth, radians.
+    /// True pan and tilt, radians.
     pub fn attitude_rad(&self) -> (f64, f64) {
         attitude_at(&self.head, self.now)
     }
@@ -247,27 +248,27 @@ fn earlier(a: Option<Duration>, b: Option<Duration>) -> Option<Duration> {
     [a, b].into_iter().flatten().min()
 }
 
-fn attitude_at(head: &ptu::twin::Twin, at: Duration) -> (f64, f64) {
+fn attitude_at(head: &ptu::emulator::EmulatedHead, at: Duration) -> (f64, f64) {
     let (pan_deg, tilt_deg) = head.true_degrees_at(at);
     (pan_deg.to_radians(), tilt_deg.to_radians())
 }
 
-/// The world from where the head points.
-struct View<'a> {
-    around: &'a mut Lookaround,
-    head: &'a ptu::twin::Twin,
-    turns: Option<&'a mut Vec<(Duration, f64)>>,
+/// The laser at the attitudes of the head.
+struct HeadMountedLaser<'a> {
+    scanner: &'a mut SimulatedLaser,
+    head: &'a ptu::emulator::EmulatedHead,
+    revolutions: Option<&'a mut Vec<(Duration, f64)>>,
 }
 
-impl Surroundings for View<'_> {
-    fn revolve(&mut self, start: Duration, period: Duration, out: &mut [u32]) {
+impl RangeSource for HeadMountedLaser<'_> {
+    fn fill_revolution(&mut self, start: Duration, period: Duration, out: &mut [u32]) {
         let head = self.head;
-        if let Some(turns) = &mut self.turns {
-            let fan = self.around.fan;
+        if let Some(revolutions) = &mut self.revolutions {
+            let fan = self.scanner.fan;
             let ahead = start + period * fan.front_step / fan.steps_per_turn.max(1);
-            turns.push((start, attitude_at(head, ahead).1));
+            revolutions.push((start, attitude_at(head, ahead).1));
         }
-        self.around
+        self.scanner
             .revolve(start, period, &|at| attitude_at(head, at), out);
     }
 }

@@ -1,14 +1,16 @@
-//! Takes a world, gives the two devices in it: pure in virtual time ([`Emulation`]), and on pseudo-terminals or TCP in
-//! the time of a clock ([`Emulator`]).
+//! The two devices emulated in a world: pure in virtual time ([`Emulation`]), and on pseudo-terminals or TCP in the time of
+//! a clock ([`Emulator`]).
 
 mod constants;
 mod emulation;
-mod emulator;
-mod end;
+mod on_ports;
+mod error;
 mod fault;
 mod plug;
+mod port;
 
 pub use emulation::{Emulation, EmulationOptions};
-pub use emulator::{Emulator, EmulatorError, EmulatorPorts, Lag};
+pub use error::EmulatorError;
 pub use fault::{EmulatedFault, EmulatedFaultError};
-pub use plug::Unplug;
+pub use on_ports::{Emulator, EmulatorLag, EmulatorPorts};
+pub use plug::UnplugFault;

@@ -1,14 +1,14 @@
-//! Which directions a laser measures in one turn of its mirror.
+//! The directions that a laser measures in one revolution of its mirror.
 
 use super::cast::Ray;
 use super::constants::{FIRST_STEP, FRONT_STEP, LAST_STEP, STEPS_PER_TURN};
 use nalgebra::{Point3, Unit, Vector3};
 use patrold_engine::geometry::Pose;
 
-/// The steps of one turn, by the numbers that the sensor's `PP` tells.
+/// The steps of one revolution, as the sensor reports them by `PP`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BeamFan {
-    /// Steps of a full turn (`ARES`).
+    /// Steps of a full revolution (`ARES`).
     pub steps_per_turn: u32,
     /// The step straight ahead (`AFRT`).
     pub front_step: u32,
@@ -38,16 +38,16 @@ impl BeamFan {
     }
 
     /// Direction of a step in the laser frame.
-    pub(super) fn direction_of(&self, step: u32) -> Unit<Vector3<f64>> {
+    pub(super) fn direction(&self, step: u32) -> Unit<Vector3<f64>> {
         let azimuth = self.azimuth_rad(step);
         Unit::new_unchecked(Vector3::new(azimuth.cos(), azimuth.sin(), 0.0))
     }
 
     /// The beam of `step` of a laser at this pose in the map.
-    pub(super) fn beam_of(&self, step: u32, map_from_laser: &Pose) -> Ray {
+    pub(super) fn beam(&self, step: u32, map_from_laser: &Pose) -> Ray {
         Ray {
             origin: map_from_laser * Point3::origin(),
-            direction: map_from_laser.rotation * self.direction_of(step),
+            direction: map_from_laser.rotation * self.direction(step),
         }
     }
 }

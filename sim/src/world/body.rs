@@ -1,17 +1,17 @@
-//! What scene files may furnish a place with: checks and solids of every table.
+//! Objects of scene files: the checks and the solids of every table.
 
 use super::person;
+use super::placement::{pointing, upright};
 use super::room;
-use super::solid::{Form, Solid};
+use super::solid::{Solid, SolidShape};
 use super::tables::{
-    BoxTable, ConeTable, CylinderTable, DoorTable, Mistake, Opening, PersonTable, PlaneTable,
-    RoomTable, Rule, SphereTable, SuperquadricTable,
+    BoxTable, ConeTable, CylinderTable, DoorTable, NumberRule, Opening, PersonTable, PlaneTable,
+    RoomTable, SphereTable, SuperquadricTable, TableError,
 };
-use nalgebra::{Rotation3, Translation3, UnitQuaternion, Vector3};
-use patrold_engine::geometry::{Pose, RollPitchYaw};
+use nalgebra::Vector3;
+use patrold_engine::geometry::Pose;
 
-/// One thing of a scene, as its table gives it. Metres; degrees in keys that say so; `centre`, `at`, `base`, `hinge` in
-/// the map.
+/// One object of a scene, as its table gives it. Metres; degrees where the key says so; positions in the map.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "the tables are documented at their structs")]
 pub enum Body {
@@ -26,35 +26,8 @@ pub enum Body {
     Door(DoorTable),
 }
 
-/// The pose at `at` turned left by `yaw_deg`.
-pub fn upright(at: [f64; 3], yaw_deg: f64) -> Pose {
-    RollPitchYaw {
-        roll_rad: 0.0,
-        pitch_rad: 0.0,
-        yaw_rad: yaw_deg.to_radians(),
-    }
-    .with_translation(at)
-}
-
-/// The pose at `at` whose z points along `axis` and whose x is level.
-pub fn pointing(at: [f64; 3], axis: [f64; 3], spin_deg: f64) -> Pose {
-    let axis = Vector3::from(axis)
-        .try_normalize(1e-9)
-        .unwrap_or_else(Vector3::z);
-    let level = Vector3::z()
-        .cross(&axis)
-        .try_normalize(1e-9)
-        .unwrap_or_else(Vector3::x);
-    let rotation = Rotation3::from_basis_unchecked(&[level, axis.cross(&level), axis])
-        * Rotation3::from_axis_angle(&Vector3::z_axis(), spin_deg.to_radians());
-    Pose::from_parts(
-        Translation3::from(Vector3::from(at)),
-        UnitQuaternion::from_rotation_matrix(&rotation),
-    )
-}
-
 impl Body {
-    /// The table's name in scene files.
+    /// Name of the table in scene files.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Room(_) => "room",
@@ -70,7 +43,7 @@ impl Body {
     }
 
     /// `name` and `reflectance` as given.
-    pub fn label(&self) -> (Option<&str>, Option<f64>) {
+    pub fn name_and_reflectance(&self) -> (Option<&str>, Option<f64>) {
         let (name, reflectance) = match self {
             Self::Room(t) => (&t.name, t.reflectance),
             Self::Box(t) => (&t.name, t.reflectance),
@@ -85,8 +58,8 @@ impl Body {
         (name.as_deref(), reflectance)
     }
 
-    /// The key that says where it stands, and its value.
-    pub fn place(&mut self) -> (&'static str, &mut [f64; 3]) {
+    /// The key of its position, and the value.
+    pub fn position_mut(&mut self) -> (&'static str, &mut [f64; 3]) {
         match self {
             Self::Room(t) => ("centre", &mut t.centre),
             Self::Box(t) => ("centre", &mut t.centre),
@@ -101,7 +74,7 @@ impl Body {
     }
 
     /// Its `yaw_deg`, if the table has one.
-    pub fn yaw_deg(&mut self) -> Option<&mut f64> {
+    pub fn yaw_deg_mut(&mut self) -> Option<&mut f64> {
         match self {
             Self::Room(t) => Some(&mut t.yaw_deg),
             Self::Box(t) => Some(&mut t.yaw_deg),
@@ -112,140 +85,168 @@ impl Body {
         }
     }
 
-    /// The first mistake in its numbers, if there is one.
-    pub fn mistake(&self) -> Option<Mistake> {
-        let (_, reflectance) = self.label();
+    /// The first mistake in its numbers.
+    pub fn first_error(&self) -> Option<TableError> {
+        let (_, reflectance) = self.name_and_reflectance();
         if let Some(r) = reflectance.filter(|r| !(0.0..=1.0).contains(r)) {
             return Some(("reflectance", format!("must lie in 0..=1, got {r}")));
         }
-        let place = self.clone().place().1.to_vec();
-        let key = self.clone().place().0;
-        let checks: Vec<(&'static str, &[f64], Rule)> = match self {
+        let position = self.clone().position_mut().1.to_vec();
+        let key = self.clone().position_mut().0;
+        let checks: Vec<(&'static str, &[f64], NumberRule)> = match self {
             Self::Room(t) => {
-                if let Some(mistake) = t.openings.iter().find_map(Opening::mistake) {
-                    return Some(mistake);
+                if let Some(error) = t.openings.iter().find_map(Opening::first_error) {
+                    return Some(error);
                 }
                 vec![
-                    ("size", &t.size, Rule::Positive),
-                    ("yaw_deg", std::slice::from_ref(&t.yaw_deg), Rule::Finite),
+                    ("size", &t.size, NumberRule::Positive),
+                    (
+                        "yaw_deg",
+                        std::slice::from_ref(&t.yaw_deg),
+                        NumberRule::Finite,
+                    ),
                 ]
             }
             Self::Box(t) => vec![
-                ("size", &t.size, Rule::Positive),
-                ("yaw_deg", std::slice::from_ref(&t.yaw_deg), Rule::Finite),
+                ("size", &t.size, NumberRule::Positive),
+                (
+                    "yaw_deg",
+                    std::slice::from_ref(&t.yaw_deg),
+                    NumberRule::Finite,
+                ),
             ],
             Self::Cylinder(t) => vec![
-                ("axis", &t.axis, Rule::Direction),
+                ("axis", &t.axis, NumberRule::Direction),
                 (
                     "radius_m",
                     std::slice::from_ref(&t.radius_m),
-                    Rule::Positive,
+                    NumberRule::Positive,
                 ),
                 (
                     "length_m",
                     std::slice::from_ref(&t.length_m),
-                    Rule::Positive,
+                    NumberRule::Positive,
                 ),
             ],
             Self::Sphere(t) => vec![(
                 "radius_m",
                 std::slice::from_ref(&t.radius_m),
-                Rule::Positive,
+                NumberRule::Positive,
             )],
             Self::Plane(t) => vec![
-                ("normal", &t.normal, Rule::Direction),
-                ("size", &t.size, Rule::Positive),
-                ("spin_deg", std::slice::from_ref(&t.spin_deg), Rule::Finite),
+                ("normal", &t.normal, NumberRule::Direction),
+                ("size", &t.size, NumberRule::Positive),
+                (
+                    "spin_deg",
+                    std::slice::from_ref(&t.spin_deg),
+                    NumberRule::Finite,
+                ),
             ],
             Self::Cone(t) => vec![
-                ("axis", &t.axis, Rule::Direction),
+                ("axis", &t.axis, NumberRule::Direction),
                 (
                     "radius_m",
                     std::slice::from_ref(&t.radius_m),
-                    Rule::Positive,
+                    NumberRule::Positive,
                 ),
                 (
                     "height_m",
                     std::slice::from_ref(&t.height_m),
-                    Rule::Positive,
+                    NumberRule::Positive,
                 ),
             ],
             Self::Superquadric(t) => vec![
-                ("size", &t.size, Rule::Positive),
-                ("exponents", &t.exponents, Rule::Exponents),
-                ("yaw_deg", std::slice::from_ref(&t.yaw_deg), Rule::Finite),
+                ("size", &t.size, NumberRule::Positive),
+                ("exponents", &t.exponents, NumberRule::Exponents),
+                (
+                    "yaw_deg",
+                    std::slice::from_ref(&t.yaw_deg),
+                    NumberRule::Finite,
+                ),
             ],
             Self::Person(t) => vec![
                 (
                     "height_m",
                     std::slice::from_ref(&t.height_m),
-                    Rule::Positive,
+                    NumberRule::Positive,
                 ),
-                ("yaw_deg", std::slice::from_ref(&t.yaw_deg), Rule::Finite),
+                (
+                    "yaw_deg",
+                    std::slice::from_ref(&t.yaw_deg),
+                    NumberRule::Finite,
+                ),
             ],
             Self::Door(t) => vec![
-                ("width_m", std::slice::from_ref(&t.width_m), Rule::Positive),
+                (
+                    "width_m",
+                    std::slice::from_ref(&t.width_m),
+                    NumberRule::Positive,
+                ),
                 (
                     "height_m",
                     std::slice::from_ref(&t.height_m),
-                    Rule::Positive,
+                    NumberRule::Positive,
                 ),
                 (
                     "thickness_m",
                     std::slice::from_ref(&t.thickness_m),
-                    Rule::Positive,
+                    NumberRule::Positive,
                 ),
-                ("yaw_deg", std::slice::from_ref(&t.yaw_deg), Rule::Finite),
+                (
+                    "yaw_deg",
+                    std::slice::from_ref(&t.yaw_deg),
+                    NumberRule::Finite,
+                ),
                 (
                     "angle_deg",
                     std::slice::from_ref(&t.angle_deg),
-                    Rule::Finite,
+                    NumberRule::Finite,
                 ),
             ],
         };
-        std::iter::once((key, place.as_slice(), Rule::Finite))
+        std::iter::once((key, position.as_slice(), NumberRule::Finite))
             .chain(checks)
-            .find_map(|(key, values, rule)| Some((key, rule.broken_by(values)?)))
+            .find_map(|(key, values, rule)| Some((key, rule.violation(values)?)))
     }
 
-    /// What stops rays.
+    /// The solids that stop rays.
     pub fn solids(&self) -> Vec<Solid> {
         match self {
             Self::Room(t) => room::solids(t),
             Self::Box(t) => vec![Solid::new(
                 upright(t.centre, t.yaw_deg),
-                Form::Cuboid {
+                SolidShape::Cuboid {
                     half: Vector3::from(t.size) / 2.0,
                 },
             )],
             Self::Cylinder(t) => vec![Solid::new(
                 pointing(t.centre, t.axis, 0.0),
-                Form::Cylinder {
+                SolidShape::Cylinder {
                     radius: t.radius_m,
                     half_length: t.length_m / 2.0,
                 },
             )],
             Self::Sphere(t) => vec![Solid::new(
                 upright(t.centre, 0.0),
-                Form::Sphere { radius: t.radius_m },
+                SolidShape::Sphere { radius: t.radius_m },
             )],
             Self::Plane(t) => vec![Solid::new(
                 pointing(t.centre, t.normal, t.spin_deg),
-                Form::Rectangle {
+                SolidShape::Rectangle {
                     half: t.size.map(|s| s / 2.0),
                     holes: Vec::new(),
                 },
             )],
             Self::Cone(t) => vec![Solid::new(
                 pointing(t.base, t.axis, 0.0),
-                Form::Cone {
+                SolidShape::Cone {
                     radius: t.radius_m,
                     height: t.height_m,
                 },
             )],
             Self::Superquadric(t) => vec![Solid::new(
                 upright(t.centre, t.yaw_deg),
-                Form::Superquadric {
+                SolidShape::Superquadric {
                     half: Vector3::from(t.size) / 2.0,
                     exponents: t.exponents,
                 },
@@ -255,7 +256,7 @@ impl Body {
                 let half = Vector3::new(t.width_m, t.thickness_m, t.height_m) / 2.0;
                 let leaf = Pose::translation(half.x, 0.0, half.z);
                 let hinge = upright(t.hinge, t.yaw_deg + t.angle_deg);
-                vec![Solid::new(hinge * leaf, Form::Cuboid { half })]
+                vec![Solid::new(hinge * leaf, SolidShape::Cuboid { half })]
             }
         }
     }

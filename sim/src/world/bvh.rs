@@ -1,20 +1,19 @@
-//! A tree of boxes over many things, so that rays and neighbour questions visit few of them.
+//! Bounding volume hierarchy: rays and nearest-neighbour searches visit few items.
 
 use nalgebra::{Point3, Vector3};
 
 /// A box along the axes; `low <= high` in every coordinate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aabb {
-    /// Least corner.
+    /// Corner of the least coordinates.
     pub low: Point3<f64>,
-    /// Greatest corner.
+    /// Corner of the greatest coordinates.
     pub high: Point3<f64>,
 }
 
 /// Boxes are padded by this, metres, so that a ray along a face does not slip between floats.
 const PADDING_M: f64 = 1e-7;
-/// Things per leaf.
-const LEAF: usize = 4;
+const MAX_LEAF_ITEMS: usize = 4;
 
 impl Aabb {
     fn union(&self, other: &Self) -> Self {
@@ -53,32 +52,32 @@ struct Node {
     bounds: Aabb,
     /// Leaf: range in `order`. Inner node: the right child; the left one is the next node.
     first: usize,
-    /// Things in the leaf; 0 for an inner node.
+    /// Items in the leaf; 0 for an inner node.
     count: usize,
 }
 
-/// The tree. Things are named by their index in the slice it was built from.
+/// The tree. Items are the indices in the slice that it was built from.
 #[derive(Debug, Clone, Default)]
-pub struct Bvh {
+pub(crate) struct Bvh {
     nodes: Vec<Node>,
     order: Vec<usize>,
 }
 
 impl Bvh {
     /// A tree over `bounds`, halved at the median of the longest side: n log n.
-    pub fn build(bounds: &[Aabb]) -> Self {
+    pub(crate) fn build(bounds: &[Aabb]) -> Self {
         let mut tree = Self {
             nodes: Vec::with_capacity(bounds.len()),
             order: (0..bounds.len()).collect(),
         };
         let mut order = std::mem::take(&mut tree.order);
-        tree.grow(bounds, &mut order, 0);
+        tree.add_node(bounds, &mut order, 0);
         tree.order = order;
         tree
     }
 
     /// Adds the node of `items`, which begin at `first` in the final order.
-    fn grow(&mut self, bounds: &[Aabb], items: &mut [usize], first: usize) {
+    fn add_node(&mut self, bounds: &[Aabb], items: &mut [usize], first: usize) {
         let of = |i: &usize| bounds.get(*i);
         let Some(all) = items
             .iter()
@@ -88,13 +87,13 @@ impl Bvh {
         else {
             return;
         };
-        let place = self.nodes.len();
+        let index = self.nodes.len();
         self.nodes.push(Node {
             bounds: all,
             first,
             count: items.len(),
         });
-        if items.len() <= LEAF {
+        if items.len() <= MAX_LEAF_ITEMS {
             return;
         }
         let axis = (all.high - all.low).imax();
@@ -102,17 +101,17 @@ impl Bvh {
         let key = |i: &usize| of(i).map_or(0.0, |b| b.low[axis] + b.high[axis]);
         items.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
         let (left, right) = items.split_at_mut(middle);
-        self.grow(bounds, left, first);
-        let right_place = self.nodes.len();
-        self.grow(bounds, right, first + middle);
-        if let Some(node) = self.nodes.get_mut(place) {
+        self.add_node(bounds, left, first);
+        let right_child = self.nodes.len();
+        self.add_node(bounds, right, first + middle);
+        if let Some(node) = self.nodes.get_mut(index) {
             node.count = 0;
-            node.first = right_place;
+            node.first = right_child;
         }
     }
 
-    /// Visits things near the ray, roughly from near to far; `visit` lowers `limit` (a range in metres) when it hits.
-    pub fn along(
+    /// Visits items near the ray, roughly nearest first; `visit` lowers `limit` (a range in metres) when it hits.
+    pub(crate) fn visit_along_ray(
         &self,
         origin: &Point3<f64>,
         direction: &Vector3<f64>,
@@ -123,8 +122,13 @@ impl Bvh {
         self.walk(limit, |bounds| bounds.entry(origin, &inverse), visit);
     }
 
-    /// Visits things near `point`; `visit` lowers `limit` (a squared distance) as it finds better ones.
-    pub fn around(&self, point: &Point3<f64>, limit: &mut f64, visit: impl FnMut(usize, &mut f64)) {
+    /// Visits items near `point`; `visit` lowers `limit` (a squared distance) as it finds nearer ones.
+    pub(crate) fn visit_near_point(
+        &self,
+        point: &Point3<f64>,
+        limit: &mut f64,
+        visit: impl FnMut(usize, &mut f64),
+    ) {
         self.walk(limit, |bounds| Some(bounds.squared_distance(point)), visit);
     }
 
@@ -137,11 +141,11 @@ impl Bvh {
         let root = self.nodes.first().and_then(|n| measure(&n.bounds));
         let mut stack = Vec::with_capacity(32);
         stack.extend(root.map(|distance| (distance, 0usize)));
-        while let Some((distance, place)) = stack.pop() {
+        while let Some((distance, index)) = stack.pop() {
             if distance > *limit {
                 continue;
             }
-            let Some(node) = self.nodes.get(place) else {
+            let Some(node) = self.nodes.get(index) else {
                 continue;
             };
             if node.count > 0 {
@@ -150,7 +154,7 @@ impl Bvh {
                 }
                 continue;
             }
-            let mut children = [place + 1, node.first]
+            let mut children = [index + 1, node.first]
                 .map(|p| Some((self.nodes.get(p).and_then(|n| measure(&n.bounds))?, p)));
             // The nearer child is pushed last and so popped first.
             if let [Some(left), Some(right)] = children
@@ -171,7 +175,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn visits_leave_out_nothing_that_counts(
+        fn no_hit_and_no_neighbour_is_missed(
             corners in proptest::collection::vec(proptest::array::uniform6(-5.0..5.0f64), 0..60),
             origin in proptest::array::uniform3(-6.0..6.0f64),
             direction in proptest::array::uniform3(-1i8..=1),
@@ -186,16 +190,16 @@ mod tests {
             prop_assume!(direction.norm() > 0.5);
             let inverse = direction.map(|c| 1.0 / c);
             let (mut best, mut limit) = (None, f64::INFINITY);
-            tree.along(&origin, &direction, &mut limit, |i, limit| {
+            tree.visit_along_ray(&origin, &direction, &mut limit, |i, limit| {
                 if let Some(t) = boxes[i].entry(&origin, &inverse) && t < *limit {
                     (best, *limit) = (Some(t), t);
                 }
             });
-            let plain = boxes.iter().filter_map(|b| b.entry(&origin, &inverse)).min_by(f64::total_cmp);
-            prop_assert_eq!(best, plain);
+            let expected = boxes.iter().filter_map(|b| b.entry(&origin, &inverse)).min_by(f64::total_cmp);
+            prop_assert_eq!(best, expected);
             let mut nearest = f64::INFINITY;
             let mut limit = f64::INFINITY;
-            tree.around(&origin, &mut limit, |i, limit| {
+            tree.visit_near_point(&origin, &mut limit, |i, limit| {
                 nearest = nearest.min(boxes[i].squared_distance(&origin));
                 *limit = nearest;
             });

@@ -1,4 +1,4 @@
-//! The world as rays see it.
+//! The world for ray casting.
 
 use super::bvh::{Aabb, Bvh};
 use super::solid::Solid;
@@ -8,13 +8,13 @@ use nalgebra::{Point3, Unit, Vector3};
 /// A half-line in the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
-    /// Where it starts, metres.
+    /// Where it starts, map frame, metres.
     pub origin: Point3<f64>,
-    /// Where it goes.
+    /// Its direction, map frame.
     pub direction: Unit<Vector3<f64>>,
 }
 
-/// What a ray meets first.
+/// What a ray hits first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Distance along the ray, metres.
@@ -25,27 +25,27 @@ pub struct Hit {
     pub object: usize,
 }
 
-/// One named thing of the world.
+/// One named object of the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectInfo {
-    /// Its name in the scene file, or kind and number.
+    /// Name in the scene file, or kind and number.
     pub name: String,
-    /// Share of light given back, 0 (never seen) to 1.
+    /// Share of light returned, 0 (never seen) to 1.
     pub reflectance: f64,
 }
 
-/// Everything that stops rays. Immutable: another scene is another world.
+/// Everything that stops rays; immutable.
 #[derive(Debug, Clone, Default)]
 pub struct World {
     objects: Vec<ObjectInfo>,
-    /// Each with the index of its object.
+    /// With the index of the object.
     solids: Vec<(Solid, usize)>,
     tree: Bvh,
     cloud: Option<(Surfels, usize)>,
 }
 
 impl World {
-    /// A world of `objects`; solids and the cloud name theirs by index.
+    /// A world of `objects`; solids and the cloud give the index of theirs.
     pub(super) fn new(
         objects: Vec<ObjectInfo>,
         solids: Vec<(Solid, usize)>,
@@ -60,27 +60,27 @@ impl World {
         }
     }
 
-    /// The things of the world; [`Hit::object`] counts in it.
+    /// The objects of the world; [`Hit::object`] is an index into it.
     pub fn objects(&self) -> &[ObjectInfo] {
         &self.objects
     }
 
-    /// Share of light that the thing gives back; all of it where there is no such thing.
+    /// Share of light that the object returns; 1 where there is no such object.
     pub fn reflectance_of(&self, object: usize) -> f64 {
         self.objects.get(object).map_or(1.0, |o| o.reflectance)
     }
 
-    /// The index of the thing called `name`.
+    /// The index of the object called `name`.
     pub fn object_named(&self, name: &str) -> Option<usize> {
         self.objects.iter().position(|o| o.name == name)
     }
 
-    /// What `ray` meets first within `max_range_m` metres.
+    /// What `ray` hits first within `max_range_m` metres.
     pub fn cast(&self, ray: &Ray, max_range_m: f64) -> Option<Hit> {
         let (mut limit, mut best) = (max_range_m, None);
         let direction = ray.direction.into_inner();
         self.tree
-            .along(&ray.origin, &direction, &mut limit, |i, limit| {
+            .visit_along_ray(&ray.origin, &direction, &mut limit, |i, limit| {
                 if let Some((solid, object)) = self.solids.get(i)
                     && let Some((range_m, cos_incidence)) = solid.hit(&ray.origin, &direction)
                     && range_m < *limit
@@ -109,30 +109,30 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::{Hit, ObjectInfo, Ray, World};
-    use crate::world::solid::{Form, Solid};
+    use crate::world::solid::{Solid, SolidShape};
     use nalgebra::{Point3, Unit, Vector3};
     use patrold_engine::geometry::Pose;
 
-    fn ball(x: f64, object: usize) -> (Solid, usize) {
+    fn sphere(x: f64, object: usize) -> (Solid, usize) {
         let pose = Pose::translation(x, 0.0, 0.0);
-        (Solid::new(pose, Form::Sphere { radius: 0.5 }), object)
+        (Solid::new(pose, SolidShape::Sphere { radius: 0.5 }), object)
     }
 
     #[test]
-    fn the_nearest_thing_hides_the_others() {
+    fn the_nearest_object_hides_the_others() {
         let objects = ["near", "far"].map(|name| ObjectInfo {
             name: name.to_owned(),
             reflectance: 0.5,
         });
         let solids = (0..20)
-            .map(|i| ball(f64::from(20 - i), usize::from(i != 17)))
+            .map(|i| sphere(f64::from(20 - i), usize::from(i != 17)))
             .collect();
         let world = World::new(objects.into(), solids, None);
         let ray = Ray {
             origin: Point3::new(1.9, 0.0, 0.0),
             direction: Unit::new_normalize(Vector3::x()),
         };
-        let hit = world.cast(&ray, 10.0).expect("a ball");
+        let hit = world.cast(&ray, 10.0).expect("a sphere");
         assert!((hit.range_m - 0.6).abs() < 1e-9, "{hit:?}");
         assert_eq!(world.objects()[hit.object].name, "far");
         let from_between = Ray {
@@ -140,7 +140,7 @@ mod tests {
             ..ray
         };
         let Some(Hit { object, .. }) = world.cast(&from_between, 10.0) else {
-            panic!("a ball")
+            panic!("a sphere")
         };
         assert_eq!(Some(object), world.object_named("near"));
         assert_eq!(world.cast(&ray, 0.5), None);

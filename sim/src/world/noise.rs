@@ -1,4 +1,4 @@
-//! What a real URG-04LX makes of true ranges: noise, plateaus, lost targets, values between two things at edges.
+//! Errors of a real URG-04LX: noise, plateaus, dropouts, mixed pixels at edges.
 
 use super::constants::{
     CODE_NOTHING, CODE_TOO_NEAR, DARK_REFLECTANCE, DROPOUT_CHANCE, DROPOUT_CODES, EDGE_JUMP_MM,
@@ -12,24 +12,24 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use std::time::Duration;
 
-/// How the simulated sensor errs. The same options, instant and truth give the same values on any machine.
+/// The error model of the simulated sensor. The same options, instant and truth give the same values on any machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseOptions {
-    /// Seed of everything random; another seed is another sensor.
+    /// Another seed is another sensor.
     pub seed: u64,
     /// Multiplies the range noise; 0 also ends its plateaus.
     pub noise_scale: f64,
-    /// Multiplies the chances that a target is lost or an empty beam gives another code than 0.
+    /// Multiplies the probabilities of a dropout and of codes other than 0 in empty beams.
     pub code_scale: f64,
-    /// Multiplies the share of edges with a value in between.
+    /// Multiplies the share of edges with a mixed pixel.
     pub mixed_scale: f64,
     /// Added to every range, millimetres.
     pub bias_mm: f64,
-    /// Added in the end, growing from the start with `drift_time_s`, millimetres (warm-up; no source has a figure).
+    /// Warm-up drift, millimetres: approached from 0 with the time constant `drift_time_s`; no source has a figure.
     pub drift_mm: f64,
     /// Time constant of the drift, seconds.
     pub drift_time_s: f64,
-    /// Least and greatest range that the sensor tells, millimetres (`DMIN`, `DMAX`).
+    /// Least and greatest range that the sensor reports, millimetres (`DMIN`, `DMAX`).
     pub reach_mm: [f64; 2],
 }
 
@@ -59,11 +59,12 @@ pub struct TrueBeam {
     pub reflectance: f64,
 }
 
-/// The chances of one beam, drawn in this order whatever it meets, so that one thing's change leaves the others' noise.
-struct Draws {
+/// The random numbers of one beam, drawn in this order whatever it hits: a changed object leaves the noise of the others
+/// as it was.
+struct BeamDraws {
     fresh: f64,
     hold: f64,
-    lost: f64,
+    dropout: f64,
     code: f64,
     mixed: f64,
     between: f64,
@@ -78,7 +79,7 @@ impl NoiseOptions {
         }
     }
 
-    /// A sensor whose only error is that it counts millimetres.
+    /// A sensor whose only error is rounding to millimetres.
     pub fn ideal() -> Self {
         Self {
             noise_scale: 0.0,
@@ -88,7 +89,7 @@ impl NoiseOptions {
         }
     }
 
-    /// The range noise as a law of the range.
+    /// The range noise as a linear law.
     pub fn law(&self) -> NoiseLaw {
         let (at_zero_m, per_m) = SIGMA_LINE;
         NoiseLaw {
@@ -97,22 +98,22 @@ impl NoiseOptions {
         }
     }
 
-    /// One revolution that began at `start`: for every true beam (`None`: nothing within reach), in the order of rising
-    /// neighbouring steps, millimetres or a code below 20.
+    /// One revolution that began at `start`: millimetres or a code below 20 for every true beam (`None`: nothing within
+    /// reach), the beams in the order of rising, neighbouring steps.
     pub fn measure(&self, truth: &[Option<TrueBeam>], start: Duration) -> Vec<u32> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        // 584 years of nanoseconds fit; beyond that instants share their noise.
+        // 584 years of nanoseconds fit; later instants share their noise.
         rng.set_stream(u64::try_from(start.as_nanos()).unwrap_or(u64::MAX));
         let mut noise: f64 = rng.sample(StandardNormal);
-        let draws: Vec<Draws> = truth
+        let draws: Vec<BeamDraws> = truth
             .iter()
             .map(|_| {
                 let own: f64 = rng.sample(StandardNormal);
                 noise = FRESH_CORRELATION * noise + (1.0 - FRESH_CORRELATION.powi(2)).sqrt() * own;
-                Draws {
+                BeamDraws {
                     fresh: noise,
                     hold: rng.random(),
-                    lost: rng.random(),
+                    dropout: rng.random(),
                     code: rng.random(),
                     mixed: rng.random(),
                     between: rng.random(),
@@ -127,10 +128,10 @@ impl NoiseOptions {
             .map(|((beam, range_mm), draws)| {
                 let (Some(beam), Some(range_mm)) = (beam, range_mm) else {
                     held = None;
-                    return code(&EMPTY_CODES, draws.code, self.code_scale);
+                    return draw_code(&EMPTY_CODES, draws.code, self.code_scale);
                 };
-                if draws.lost < self.chance_of_loss(beam) {
-                    return code(&DROPOUT_CODES, draws.code, 1.0);
+                if draws.dropout < self.dropout_probability(beam) {
+                    return draw_code(&DROPOUT_CODES, draws.code, 1.0);
                 }
                 let sigma = self.noise_scale * sigma_mm(*range_mm, beam.cos_incidence);
                 let own = range_mm + offset_mm + sigma * draws.fresh;
@@ -155,8 +156,12 @@ impl NoiseOptions {
             .collect()
     }
 
-    /// True ranges in millimetres, with values between the two sides at a share of the edges.
-    fn with_mixed_pixels(&self, truth: &[Option<TrueBeam>], draws: &[Draws]) -> Vec<Option<f64>> {
+    /// True ranges in millimetres, with a mixed pixel at a share of the edges.
+    fn with_mixed_pixels(
+        &self,
+        truth: &[Option<TrueBeam>],
+        draws: &[BeamDraws],
+    ) -> Vec<Option<f64>> {
         let mut ranges: Vec<Option<f64>> = truth
             .iter()
             .map(|beam| {
@@ -164,14 +169,14 @@ impl NoiseOptions {
                     .map(|b| b.range_m * 1000.0)
             })
             .collect();
-        let plain = ranges.clone();
-        let edges = plain.windows(2).zip(draws).enumerate();
+        let unmixed = ranges.clone();
+        let edges = unmixed.windows(2).zip(draws).enumerate();
         for (i, (pair, draws)) in edges {
             let &[Some(a), Some(b)] = pair else { continue };
             if (a - b).abs() <= EDGE_JUMP_MM || draws.mixed >= MIXED_SHARE * self.mixed_scale {
                 continue;
             }
-            // The beam on either side of the edge may be the one that sees both.
+            // The beam on either side of the edge may be the mixed one.
             let side = usize::from(draws.mixed * 2.0 >= MIXED_SHARE * self.mixed_scale);
             let share = MIXED_MARGIN + (1.0 - 2.0 * MIXED_MARGIN) * draws.between;
             if let Some(range) = ranges.get_mut(i + side) {
@@ -189,21 +194,21 @@ impl NoiseOptions {
         self.bias_mm + self.drift_mm * grown
     }
 
-    /// Chance that the beam gives a code although something stands there.
-    fn chance_of_loss(&self, beam: &TrueBeam) -> f64 {
+    /// Probability that the beam gives a code although it hits an object.
+    fn dropout_probability(&self, beam: &TrueBeam) -> f64 {
         let grazing = (1.0 - beam.cos_incidence / GRAZING_COS).clamp(0.0, 1.0);
         let dark = (1.0 - beam.reflectance / DARK_REFLECTANCE).clamp(0.0, 1.0);
-        let (from_mm, most) = FADING;
+        let (from_mm, max) = FADING;
         let faded = (beam.range_m * 1000.0 - from_mm) / (self.reach_mm[1] - from_mm);
         let kept = (1.0 - DROPOUT_CHANCE)
             * (1.0 - grazing)
             * (1.0 - dark)
-            * (1.0 - most * faded.clamp(0.0, 1.0));
+            * (1.0 - max * faded.clamp(0.0, 1.0));
         self.code_scale * (1.0 - kept)
     }
 }
 
-/// Standard deviation of a range in millimetres, for a beam that meets its target at this cosine of incidence.
+/// Standard deviation of a range, millimetres.
 fn sigma_mm(range_mm: f64, cos_incidence: f64) -> f64 {
     let mut below = SIGMA_MM[0];
     let mut sigma = None;
@@ -224,11 +229,11 @@ fn sigma_mm(range_mm: f64, cos_incidence: f64) -> f64 {
 }
 
 /// The code that `draw` (0..1) picks; the codes after the first get `scale` times their share, the first the rest.
-fn code(shares: &[(u32, f64)], draw: f64, scale: f64) -> u32 {
-    let mut left = draw;
+fn draw_code(shares: &[(u32, f64)], draw: f64, scale: f64) -> u32 {
+    let mut rest = draw;
     for (code, share) in shares.iter().skip(1) {
-        left -= share * scale;
-        if left < 0.0 {
+        rest -= share * scale;
+        if rest < 0.0 {
             return *code;
         }
     }

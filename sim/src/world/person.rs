@@ -1,10 +1,10 @@
-//! A standing person of balls and cylinders.
+//! Solids of a standing person: a sphere and cylinders.
 
-use super::solid::{Form, Solid};
+use super::solid::{Solid, SolidShape};
 use nalgebra::{Translation3, Vector3};
 use patrold_engine::geometry::Pose;
 
-/// Lengths as shares of the body's height: rounded averages of adults.
+// Lengths as shares of the height: rounded averages of adults.
 const HEAD_RADIUS: f64 = 0.06;
 const NECK: f64 = 0.04;
 const LEGS: f64 = 0.47;
@@ -17,8 +17,8 @@ const ARM_FROM: f64 = 0.44;
 const SHOULDERS: f64 = 0.82;
 
 /// The solids of a person of `height_m` whose feet are at the origin of `map_from_feet`; the arms hang left and right.
-pub fn solids(map_from_feet: &Pose, height_m: f64) -> Vec<Solid> {
-    let place = |y: f64, z: f64| {
+pub(crate) fn solids(map_from_feet: &Pose, height_m: f64) -> Vec<Solid> {
+    let pose = |y: f64, z: f64| {
         map_from_feet
             * Pose::from_parts(
                 Translation3::from(Vector3::new(0.0, y, z) * height_m),
@@ -26,17 +26,17 @@ pub fn solids(map_from_feet: &Pose, height_m: f64) -> Vec<Solid> {
             )
     };
     let pillar = |y: f64, from: f64, to: f64, radius: f64| {
-        let form = Form::Cylinder {
+        let form = SolidShape::Cylinder {
             radius: radius * height_m,
             half_length: (to - from) / 2.0 * height_m,
         };
-        Solid::new(place(y, (from + to) / 2.0), form)
+        Solid::new(pose(y, (from + to) / 2.0), form)
     };
-    let head = Form::Sphere {
+    let head = SolidShape::Sphere {
         radius: HEAD_RADIUS * height_m,
     };
     vec![
-        Solid::new(place(0.0, 1.0 - HEAD_RADIUS), head),
+        Solid::new(pose(0.0, 1.0 - HEAD_RADIUS), head),
         pillar(
             0.0,
             SHOULDERS,

@@ -1,14 +1,12 @@
-//! Where the laser's beams go when the pan-tilt points somewhere.
-//!
-//! This is the simulated robot's own arithmetic, kept apart from what the program uses to turn ranges into points, so
-//! that a mistake in either shows as a crooked room.
+//! Kinematics of the simulated robot: where its beams go at each attitude of the pan-tilt. Independent of the code that
+//! turns ranges into points, so that a mistake in either shows.
 
 use super::beam_fan::BeamFan;
 use super::cast::Ray;
 use nalgebra::{Rotation3, Unit, Vector3};
 use patrold_engine::geometry::{Pose, RollPitchYaw};
 
-/// Where the axes and the laser sit (chain of the sweep geometry notes, section 2), metres and radians.
+/// Positions of the axes and the laser in the kinematic chain of sweep-geometry section 2, metres and radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MountGeometry {
     /// Pan axis from the base.
@@ -17,9 +15,9 @@ pub struct MountGeometry {
     pub tilt_origin_m: [f64; 3],
     /// Mount plate from the tilt axis, tilt at zero.
     pub plate_origin_m: [f64; 3],
-    /// Optical centre of the laser over the plate.
+    /// Optical centre of the laser from the plate.
     pub laser_xyz_m: [f64; 3],
-    /// How the laser is turned on the plate.
+    /// Rotation of the laser on the plate.
     pub laser_rpy: RollPitchYaw,
 }
 
@@ -41,7 +39,7 @@ impl Default for MountGeometry {
 }
 
 impl MountGeometry {
-    /// The axis of the tilt in the base frame, pan left positive, radians.
+    /// The tilt axis in the base frame, pan left positive, radians.
     pub fn tilt_axis(&self, pan_rad: f64) -> Unit<Vector3<f64>> {
         Unit::new_unchecked(Vector3::new(-pan_rad.sin(), pan_rad.cos(), 0.0))
     }
@@ -51,10 +49,10 @@ impl MountGeometry {
         let pan = Rotation3::from_axis_angle(&Vector3::z_axis(), pan_rad);
         let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), -tilt_rad);
         let laser = self.laser_rpy.with_translation(self.laser_xyz_m);
-        let place =
+        let joint =
             |m: [f64; 3], r: Rotation3<f64>| Pose::from_parts(Vector3::from(m).into(), r.into());
-        place(self.pan_origin_m, pan)
-            * place(self.tilt_origin_m, tilt)
+        joint(self.pan_origin_m, pan)
+            * joint(self.tilt_origin_m, tilt)
             * Pose::from(nalgebra::Translation3::from(Vector3::from(
                 self.plate_origin_m,
             )))
@@ -67,9 +65,9 @@ pub fn azimuth_rad(step: u32) -> f64 {
     BeamFan::default().azimuth_rad(step)
 }
 
-/// Place on the map and direction of a robot whose navigator knows only these: x, y (metres), yaw (radians).
+/// Position and direction of a robot on the floor, map frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stand {
+pub struct Pose2d {
     /// Metres.
     pub x_m: f64,
     /// Metres.
@@ -78,41 +76,41 @@ pub struct Stand {
     pub yaw_rad: f64,
 }
 
-/// A robot at its place.
+/// A robot at its pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Robot {
-    /// `map_from_base`: where the pan-tilt's base stands.
-    pub pose: Pose,
-    /// What it carries the laser with.
+pub struct SimulatedRobot {
+    /// Pose of the pan-tilt's base.
+    pub map_from_base: Pose,
+    /// Its pan-tilt and laser.
     pub mount: MountGeometry,
 }
 
-impl Robot {
-    /// Drives to `stand`; the base keeps its height and stays level.
-    pub fn drive_to(&mut self, stand: Stand) {
-        let height = self.pose.translation.z;
-        self.pose = RollPitchYaw {
+impl SimulatedRobot {
+    /// Puts it at `pose`; the base keeps its height and stays level.
+    pub fn drive_to(&mut self, pose: Pose2d) {
+        let height = self.map_from_base.translation.z;
+        self.map_from_base = RollPitchYaw {
             roll_rad: 0.0,
             pitch_rad: 0.0,
-            yaw_rad: stand.yaw_rad,
+            yaw_rad: pose.yaw_rad,
         }
-        .with_translation([stand.x_m, stand.y_m, height]);
+        .with_translation([pose.x_m, pose.y_m, height]);
     }
 
-    /// Where the laser is in the map, at this attitude of the pan-tilt in radians.
+    /// Pose of the laser in the map, at this attitude of the pan-tilt in radians.
     pub fn map_from_laser(&self, pan_rad: f64, tilt_rad: f64) -> Pose {
-        self.pose * self.mount.base_from_laser(pan_rad, tilt_rad)
+        self.map_from_base * self.mount.base_from_laser(pan_rad, tilt_rad)
     }
 
     /// The beam of `step` of a URG-04LX in the map, at this attitude of the pan-tilt in radians.
     pub fn beam(&self, step: u32, pan_rad: f64, tilt_rad: f64) -> Ray {
-        BeamFan::default().beam_of(step, &self.map_from_laser(pan_rad, tilt_rad))
+        BeamFan::default().beam(step, &self.map_from_laser(pan_rad, tilt_rad))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{MountGeometry, Robot, Stand};
+    use super::{MountGeometry, Pose2d, SimulatedRobot};
     use nalgebra::Point3;
     use patrold_engine::geometry::{Pose, RollPitchYaw};
 
@@ -121,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_are_those_of_the_pan_tilt() {
+    fn the_laser_is_at_the_height_of_the_mount() {
         let at = |pan, tilt| MountGeometry::default().base_from_laser(pan, tilt) * Point3::origin();
         close(at(0.0, 0.0), [0.0, -0.00955, 0.129603 + 0.05]);
         // Tilted up by 90 degrees the laser swings back over the tilt axis; panned left, it follows to the right.
@@ -134,9 +132,9 @@ mod tests {
     }
 
     #[test]
-    fn beams_obey_the_signs() {
-        let robot = Robot {
-            pose: Pose::identity(),
+    fn pan_tilt_and_steps_have_their_signs() {
+        let robot = SimulatedRobot {
+            map_from_base: Pose::identity(),
             mount: MountGeometry::default(),
         };
         let d = |step, pan, tilt| robot.beam(step, pan, tilt).direction;
@@ -170,8 +168,8 @@ mod tests {
             },
             ..MountGeometry::default()
         };
-        let robot = Robot {
-            pose: Pose::identity(),
+        let robot = SimulatedRobot {
+            map_from_base: Pose::identity(),
             mount,
         };
         assert!((robot.beam(640, 0.0, 0.0).direction.z - 1.0).abs() < 1e-12);
@@ -179,15 +177,18 @@ mod tests {
 
     #[test]
     fn driving_keeps_the_height() {
-        let mut robot = Robot {
-            pose: Pose::translation(0.0, 0.0, 0.4),
+        let mut robot = SimulatedRobot {
+            map_from_base: Pose::translation(0.0, 0.0, 0.4),
             mount: MountGeometry::default(),
         };
-        robot.drive_to(Stand {
+        robot.drive_to(Pose2d {
             x_m: 1.0,
             y_m: 2.0,
             yaw_rad: std::f64::consts::FRAC_PI_2,
         });
-        close(robot.pose * Point3::new(1.0, 0.0, 0.0), [1.0, 3.0, 0.4]);
+        close(
+            robot.map_from_base * Point3::new(1.0, 0.0, 0.0),
+            [1.0, 3.0, 0.4],
+        );
     }
 }

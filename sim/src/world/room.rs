@@ -1,18 +1,18 @@
-//! A room as what stops rays.
+//! Solids of a room.
 
-use super::body::{pointing, upright};
-use super::solid::{Form, Solid};
+use super::placement::{pointing, upright};
+use super::solid::{Solid, SolidShape};
 use super::tables::{RoomTable, Wall};
 use nalgebra::Vector3;
 
 /// Walls, floor and ceiling as rectangles, the walls with their holes.
-pub fn solids(room: &RoomTable) -> Vec<Solid> {
+pub(crate) fn solids(room: &RoomTable) -> Vec<Solid> {
     let half = Vector3::from(room.size) / 2.0;
     let map_from_room = upright(room.centre, room.yaw_deg);
     let side = |at: Vector3<f64>, half: [f64; 2], holes| {
         // `pointing` keeps x level: on a wall x runs along it and y upwards.
         let pose = map_from_room * pointing(at.into(), at.into(), 0.0);
-        Solid::new(pose, Form::Rectangle { half, holes })
+        Solid::new(pose, SolidShape::Rectangle { half, holes })
     };
     let wall = |wall: Wall| {
         let (at, along) = match wall {
@@ -49,8 +49,8 @@ pub fn solids(room: &RoomTable) -> Vec<Solid> {
     let mut solids: Vec<Solid> = [Wall::Front, Wall::Back, Wall::Left, Wall::Right]
         .map(wall)
         .into();
-    for (there, z) in [(room.floor, -half.z), (room.ceiling, half.z)] {
-        if there {
+    for (present, z) in [(room.floor, -half.z), (room.ceiling, half.z)] {
+        if present {
             solids.push(side(Vector3::z() * z, [half.x, half.y], Vec::new()));
         }
     }

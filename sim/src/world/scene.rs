@@ -1,88 +1,59 @@
-//! Scenes: what stands where, resolved from one file and those it extends.
+//! Scenes: the objects of one file and of those it extends.
 
-use super::body::{Body, upright};
+use super::body::Body;
 use super::cast::{ObjectInfo, World};
 use super::constants::DEFAULT_REFLECTANCE;
-use super::scene_file::{CloudTable, RobotTable, SceneFile, Source};
+use super::placement::upright;
+use super::scene_error::SceneError;
+use super::scene_file::{CloudTable, RobotTable, SceneFile, SceneText};
 use super::surfel::Surfels;
 use nalgebra::Point3;
 use patrold_engine::geometry::Pose;
 
-/// Scenes may extend each other this deep; more is taken for a circle.
+/// Scenes may extend each other this deep; more is taken for a cycle.
 const MAX_DEPTH: usize = 8;
 
-/// Why a scene cannot be used. One line each.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum SceneError {
-    /// A mistake in a file.
-    #[error("{file}:{line}: {message}")]
-    At {
-        /// Name of the scene file.
-        file: String,
-        /// Line, from 1.
-        line: usize,
-        /// What is wrong there, with the key.
-        message: String,
-    },
-    /// A file could not be read.
-    #[error("scene `{file}`: {message}")]
-    Load {
-        /// Name of the scene file.
-        file: String,
-        /// What its reader said.
-        message: String,
-    },
-    /// The scene needs the points of its cloud.
-    #[error("scene needs the points of `{file}`, got {got}")]
-    Cloud {
-        /// File that the scene names.
-        file: String,
-        /// What came instead.
-        got: &'static str,
-    },
-}
-
-/// One thing of a scene.
+/// One object of a scene.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Object {
-    /// Unique name: given, or kind and number (`box 2`).
+pub struct SceneObject {
+    /// Unique: as given, or kind and number (`box 2`).
     pub name: String,
-    /// What it is and where.
+    /// Its shape and position.
     pub body: Body,
 }
 
-/// Where a recorded cloud belongs.
+/// A recorded cloud and its pose in the map.
 #[derive(Debug, Clone, PartialEq)]
-pub struct CloudPlace {
-    /// Unique name.
+pub struct PlacedCloud {
+    /// Unique.
     pub name: String,
     /// File of the points, as written in the scene.
     pub file: String,
     /// Pose of the cloud in the map.
     pub map_from_cloud: Pose,
-    /// Where it was recorded from, in its own frame, metres.
+    /// Where the sensor was, in the frame of the cloud, metres.
     pub origin: Point3<f64>,
-    /// Share of light given back.
+    /// Share of light returned, 0 to 1.
     pub reflectance: f64,
 }
 
-/// A place and what stands in it.
+/// The objects of a place, and the pose of the robot in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// Where the robot's base stands.
+    /// Pose of the pan-tilt's base.
     pub map_from_base: Pose,
-    /// Everything in it, in file order.
-    pub objects: Vec<Object>,
-    /// A recorded cloud as the room, if there is one.
-    pub cloud: Option<CloudPlace>,
+    /// In file order.
+    pub objects: Vec<SceneObject>,
+    /// A recorded cloud as the surroundings.
+    pub cloud: Option<PlacedCloud>,
 }
 
-/// What one scene has otherwise than another: the truth that a verdict is held against.
+/// A difference between two scenes: the truth that a verdict is compared with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneChange {
-    /// Name of the thing.
+    /// Name of the object.
     pub name: String,
-    /// Middle of its bounding box in the first scene, map frame, metres; `None` if it is not there.
+    /// Centre of its bounding box in the first scene, map frame, metres; `None` if it is not there.
     pub before: Option<Point3<f64>>,
     /// The same in the second scene.
     pub after: Option<Point3<f64>>,
@@ -100,7 +71,7 @@ impl Scene {
         })
     }
 
-    /// The scene called `name`; `load` gives the text of a scene by its name as written (in `extends`), or says why not.
+    /// The scene called `name`; `load` returns the text of a scene by its name as written (in `extends`), or an error.
     ///
     /// # Errors
     /// [`SceneError`] with file, line and key of the first mistake.
@@ -109,7 +80,7 @@ impl Scene {
         load: &dyn Fn(&str) -> Result<String, String>,
     ) -> Result<Self, SceneError> {
         let mut scene = Self::resolve_to_depth(name, load, 0)?;
-        // Names by number come last, so that numbers count within the whole scene.
+        // Numbered last, so that numbers count within the whole scene.
         let mut counts = std::collections::BTreeMap::new();
         for object in &mut scene.objects {
             let count = counts.entry(object.body.kind()).or_insert(0);
@@ -130,7 +101,7 @@ impl Scene {
             file: name.to_owned(),
             message,
         })?;
-        let source = Source { name, text: &text };
+        let source = SceneText { name, text: &text };
         let mut file = source.parse()?;
         let mut scene = match file.extends.take() {
             None => Self {
@@ -139,80 +110,83 @@ impl Scene {
                 cloud: None,
             },
             Some(base) if depth + 1 == MAX_DEPTH => {
-                let message = format!("leads through {MAX_DEPTH} scenes: a circle?");
+                let message = format!("leads through {MAX_DEPTH} scenes: a cycle?");
                 return Err(source.error(base.span().start, Some("extends"), message));
             }
             Some(base) => Self::resolve_to_depth(base.get_ref(), load, depth + 1)?,
         };
-        scene.change(&source, file)?;
+        scene.apply(&source, file)?;
         Ok(scene)
     }
 
-    /// Carries out what `file` says: takes away, sets otherwise, adds.
-    fn change(&mut self, source: &Source<'_>, mut file: SceneFile) -> Result<(), SceneError> {
+    /// Applies `file`: removes, changes and adds objects.
+    fn apply(&mut self, source: &SceneText<'_>, mut file: SceneFile) -> Result<(), SceneError> {
         for name in &file.remove {
             let before = self.objects.len();
             self.objects.retain(|o| o.name != *name.get_ref());
             if self.objects.len() == before {
-                let message = self.unknown(name.get_ref());
+                let message = self.unknown_name(name.get_ref());
                 return Err(source.error(name.span().start, None, format!("`remove` {message}")));
             }
         }
         for (name, table) in &file.set {
             let (at, set) = (table.span().start, table.get_ref());
-            let unknown = self.unknown(name);
+            let unknown = self.unknown_name(name);
             let Some(object) = self.objects.iter_mut().find(|o| o.name == *name) else {
                 return Err(source.error(at, None, format!("`set` {unknown}")));
             };
             let kind = object.body.kind();
-            let has_no = |key| source.error(at, Some(key), format!("is not a key of a {kind}"));
-            if let Some(place) = set.at {
-                *object.body.place().1 = place;
+            let not_a_key = |key| source.error(at, Some(key), format!("is not a key of a {kind}"));
+            if let Some(position) = set.at {
+                *object.body.position_mut().1 = position;
             }
             if let Some(yaw_deg) = set.yaw_deg {
-                *object.body.yaw_deg().ok_or_else(|| has_no("yaw_deg"))? = yaw_deg;
+                *object
+                    .body
+                    .yaw_deg_mut()
+                    .ok_or_else(|| not_a_key("yaw_deg"))? = yaw_deg;
             }
             if let Some(angle_deg) = set.angle_deg {
                 let Body::Door(door) = &mut object.body else {
-                    return Err(has_no("angle_deg"));
+                    return Err(not_a_key("angle_deg"));
                 };
                 door.angle_deg = angle_deg;
             }
-            if let Some((key, message)) = object.body.mistake() {
-                let key = if object.body.place().0 == key {
+            if let Some((key, message)) = object.body.first_error() {
+                let key = if object.body.position_mut().0 == key {
                     "at"
                 } else {
                     key
                 };
-                return Err(source.mistake(at, (key, message)));
+                return Err(source.table_error(at, (key, message)));
             }
         }
         for (at, body) in file.take_bodies() {
-            if let Some(mistake) = body.mistake() {
-                return Err(source.mistake(at, mistake));
+            if let Some(error) = body.first_error() {
+                return Err(source.table_error(at, error));
             }
-            let name = body.label().0.unwrap_or_default().to_owned();
+            let name = body.name_and_reflectance().0.unwrap_or_default().to_owned();
             if !name.is_empty() && self.objects.iter().any(|o| o.name == name) {
                 return Err(source.error(at, Some("name"), format!("is taken: `{name}`")));
             }
-            self.objects.push(Object { name, body });
+            self.objects.push(SceneObject { name, body });
         }
         if let Some(robot) = file.robot {
-            if let Some(mistake) = robot.get_ref().mistake() {
-                return Err(source.mistake(robot.span().start, mistake));
+            if let Some(error) = robot.get_ref().first_error() {
+                return Err(source.table_error(robot.span().start, error));
             }
             self.map_from_base = pose_of(robot.get_ref());
         }
         if let Some(cloud) = file.cloud {
-            if let Some(mistake) = cloud.get_ref().mistake() {
-                return Err(source.mistake(cloud.span().start, mistake));
+            if let Some(error) = cloud.get_ref().first_error() {
+                return Err(source.table_error(cloud.span().start, error));
             }
-            self.cloud = Some(CloudPlace::of(cloud.into_inner()));
+            self.cloud = Some(PlacedCloud::from_table(cloud.into_inner()));
         }
         Ok(())
     }
 
-    fn unknown(&self, name: &str) -> String {
+    fn unknown_name(&self, name: &str) -> String {
         let names: Vec<&str> = self
             .objects
             .iter()
@@ -222,7 +196,7 @@ impl Scene {
         format!("names `{name}`, expected one of: {}", names.join(", "))
     }
 
-    /// The world that rays meet. `cloud` are the points of [`CloudPlace::file`], in their own frame.
+    /// The world for ray casting. `cloud` are the points of [`PlacedCloud::file`], in their own frame.
     ///
     /// # Errors
     /// [`SceneError::Cloud`] if the scene has a cloud and `cloud` has no finite point.
@@ -233,62 +207,68 @@ impl Scene {
             solids.extend(object.body.solids().into_iter().map(|s| (s, objects.len())));
             objects.push(ObjectInfo {
                 name: object.name.clone(),
-                reflectance: object.body.label().1.unwrap_or(DEFAULT_REFLECTANCE),
+                reflectance: object
+                    .body
+                    .name_and_reflectance()
+                    .1
+                    .unwrap_or(DEFAULT_REFLECTANCE),
             });
         }
         let surfels = match &self.cloud {
             None => None,
-            Some(place) => {
+            Some(placed) => {
                 let missing = |got| SceneError::Cloud {
-                    file: place.file.clone(),
+                    file: placed.file.clone(),
                     got,
                 };
                 let points: Vec<Point3<f64>> = cloud
                     .ok_or_else(|| missing("none"))?
                     .iter()
                     .filter(|p| p.iter().all(|c| c.is_finite()))
-                    .map(|p| place.map_from_cloud * p)
+                    .map(|p| placed.map_from_cloud * p)
                     .collect();
                 if points.is_empty() {
                     return Err(missing("no finite point"));
                 }
                 objects.push(ObjectInfo {
-                    name: place.name.clone(),
-                    reflectance: place.reflectance,
+                    name: placed.name.clone(),
+                    reflectance: placed.reflectance,
                 });
-                let surfels = Surfels::of(&points, &(place.map_from_cloud * place.origin));
+                let sensor = placed.map_from_cloud * placed.origin;
+                let surfels = Surfels::from_points(&points, &sensor);
                 Some((surfels, objects.len() - 1))
             }
         };
         Ok(World::new(objects, solids, surfels))
     }
 
-    /// What `self` has otherwise than `before`, by name.
+    /// The differences between `before` and `self`, by name of the object.
     pub fn changes_since(&self, before: &Self) -> Vec<SceneChange> {
-        let find = |scene: &Self, name: &str| -> Option<Object> {
+        let find = |scene: &Self, name: &str| -> Option<SceneObject> {
             scene.objects.iter().find(|o| o.name == name).cloned()
         };
-        let gone = before
+        let removed = before
             .objects
             .iter()
             .filter(|o| find(self, &o.name).is_none());
-        let now = self
+        let new_or_changed = self
             .objects
             .iter()
             .filter(|o| find(before, &o.name).as_ref() != Some(o));
-        gone.chain(now)
+        removed
+            .chain(new_or_changed)
             .map(|o| SceneChange {
                 name: o.name.clone(),
-                before: find(before, &o.name).and_then(|o| o.middle()),
-                after: find(self, &o.name).and_then(|o| o.middle()),
+                before: find(before, &o.name).and_then(|o| o.centre()),
+                after: find(self, &o.name).and_then(|o| o.centre()),
             })
             .collect()
     }
 }
 
-impl Object {
-    /// Middle of the box along the map's axes that holds the thing, metres.
-    pub fn middle(&self) -> Option<Point3<f64>> {
+impl SceneObject {
+    /// Centre of its bounding box along the map's axes, metres.
+    pub fn centre(&self) -> Option<Point3<f64>> {
         let bounds = self
             .body
             .solids()
@@ -301,8 +281,8 @@ impl Object {
     }
 }
 
-impl CloudPlace {
-    fn of(table: CloudTable) -> Self {
+impl PlacedCloud {
+    fn from_table(table: CloudTable) -> Self {
         Self {
             name: table.name.unwrap_or_else(|| "cloud".to_owned()),
             file: table.file,
@@ -320,8 +300,8 @@ fn pose_of(robot: &RobotTable) -> Pose {
 
 #[cfg(test)]
 mod tests {
-    use super::{Scene, SceneError};
-    use crate::world::Ray;
+    use super::Scene;
+    use crate::world::{Ray, SceneError};
     use nalgebra::{Point3, Unit, Vector3};
 
     const ROOM: &str = r#"
@@ -397,7 +377,7 @@ reflectance = 0.9
     }
 
     #[test]
-    fn a_variant_opens_takes_moves_and_adds() {
+    fn a_variant_opens_a_door_removes_and_adds_objects() {
         let text = r#"
 extends = "room.toml"
 [set.door]
@@ -409,7 +389,7 @@ at = [-3, 0, 0]
         let scene = variant(text).expect("a good variant");
         let before = Scene::parse(ROOM).expect("a good scene");
         assert_eq!(seen(&scene, [4.0, 1.0, 0.0]), None);
-        // The open leaf stands along -x at the hinge.
+        // The open leaf points along -x from the hinge.
         assert_eq!(
             seen(&scene, [3.5, 0.58, 0.0]).map(|s| s.0),
             Some("door".to_owned())
@@ -483,7 +463,7 @@ at = [-3, 0, 0]
     }
 
     #[test]
-    fn mistakes_name_line_and_key() {
+    fn errors_name_line_and_key() {
         let cases = [
             (
                 "[[sphere]]\ncentre = [0, 0, 0]\nradius_m = -1\n",
@@ -528,7 +508,7 @@ at = [-3, 0, 0]
             ("extends = 'none.toml'\n", "scene `none.toml`: no such file"),
             (
                 "extends = 'variant.toml'\n",
-                "variant.toml:1: `extends` leads through 8 scenes: a circle?",
+                "variant.toml:1: `extends` leads through 8 scenes: a cycle?",
             ),
             (
                 "[robot]\nheight_m = nan\n",

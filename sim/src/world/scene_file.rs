@@ -1,10 +1,10 @@
-//! The text of a scene file: its tables, and the lines they stand on.
+//! The text of a scene file: its tables, and their lines for error messages.
 
 use super::body::Body;
-use super::scene::SceneError;
+use super::scene_error::SceneError;
 use super::tables::{
-    BoxTable, ConeTable, CylinderTable, DoorTable, Mistake, PersonTable, PlaneTable, RoomTable,
-    Rule, SphereTable, SuperquadricTable,
+    BoxTable, ConeTable, CylinderTable, DoorTable, NumberRule, PersonTable, PlaneTable, RoomTable,
+    SphereTable, SuperquadricTable, TableError,
 };
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -13,16 +13,16 @@ use toml::Spanned;
 /// One scene file. Every table may be absent; a variant names what it `extends`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SceneFile {
+pub(crate) struct SceneFile {
     /// For people; not used.
     #[serde(default, rename = "description")]
     _description: Option<String>,
     /// The scene that this one changes.
     pub extends: Option<Spanned<String>>,
-    /// Names of things that are not there any more.
+    /// Names of objects to remove.
     #[serde(default)]
     pub remove: Vec<Spanned<String>>,
-    /// Things that stand otherwise, by name.
+    /// Objects to change, by name.
     #[serde(default)]
     pub set: BTreeMap<String, Spanned<SetTable>>,
     pub robot: Option<Spanned<RobotTable>>,
@@ -50,8 +50,8 @@ pub struct SceneFile {
 /// `[set.NAME]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SetTable {
-    /// New place, metres (what the thing calls `centre`, `base`, `at` or `hinge`).
+pub(crate) struct SetTable {
+    /// New position, metres (the object's `centre`, `base`, `at` or `hinge`).
     pub at: Option<[f64; 3]>,
     /// New direction, degrees.
     pub yaw_deg: Option<f64>,
@@ -59,10 +59,10 @@ pub struct SetTable {
     pub angle_deg: Option<f64>,
 }
 
-/// `[robot]`: where the robot stands.
+/// `[robot]`: pose of the robot.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RobotTable {
+pub(crate) struct RobotTable {
     /// x, y, metres.
     #[serde(default)]
     pub at: [f64; 2],
@@ -74,21 +74,21 @@ pub struct RobotTable {
     pub height_m: f64,
 }
 
-/// `[cloud]`: a recorded cloud as a room.
+/// `[cloud]`: a recorded cloud as the surroundings.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct CloudTable {
+pub(crate) struct CloudTable {
     pub name: Option<String>,
     pub reflectance: Option<f64>,
-    /// Its file, as the reader of the scene file finds it.
+    /// As the caller that loads the scene finds it.
     pub file: String,
-    /// Where the cloud's own origin lies in the map, metres.
+    /// Origin of the cloud's frame in the map, metres.
     #[serde(default)]
     pub at: [f64; 3],
-    /// How the cloud is turned in the map, degrees.
+    /// Rotation of the cloud in the map, degrees.
     #[serde(default)]
     pub yaw_deg: f64,
-    /// Where the cloud was recorded from, in its own frame, metres.
+    /// Where the sensor was, in the frame of the cloud, metres.
     #[serde(default)]
     pub origin: [f64; 3],
 }
@@ -107,28 +107,31 @@ impl Default for RobotTable {
     }
 }
 
-/// Where a file's text stands, for messages.
-pub struct Source<'a> {
-    /// Name of the file.
+/// A scene file with its name, for error messages.
+pub(crate) struct SceneText<'a> {
     pub name: &'a str,
-    /// Its text.
     pub text: &'a str,
 }
 
-impl Source<'_> {
+impl SceneText<'_> {
     /// The parsed file.
     ///
     /// # Errors
     /// [`SceneError::At`] with the line of the first mistake.
-    pub fn parse(&self) -> Result<SceneFile, SceneError> {
+    pub(crate) fn parse(&self) -> Result<SceneFile, SceneError> {
         toml::from_str(self.text).map_err(|error| {
             let at = error.span().map_or(0, |s| s.start);
             self.error(at, None, error.message().replace('\n', "; "))
         })
     }
 
-    /// An error at the key `key` of the table that begins at byte `at`, or at its first line if the key is not there.
-    pub fn error(&self, at: usize, key: Option<&str>, message: impl Into<String>) -> SceneError {
+    /// An error at `key` of the table that begins at byte `at`, or at the first line of the table if the key is absent.
+    pub(crate) fn error(
+        &self,
+        at: usize,
+        key: Option<&str>,
+        message: impl Into<String>,
+    ) -> SceneError {
         let line_at = |at: usize| {
             self.text
                 .get(..at)
@@ -137,7 +140,7 @@ impl Source<'_> {
                 .count()
         };
         let first = line_at(at);
-        let of_key = |key: &str| {
+        let line_of = |key: &str| {
             self.text
                 .lines()
                 .enumerate()
@@ -152,21 +155,21 @@ impl Source<'_> {
         let message = message.into();
         SceneError::At {
             file: self.name.to_owned(),
-            line: key.and_then(of_key).unwrap_or(first) + 1,
+            line: key.and_then(line_of).unwrap_or(first) + 1,
             message: key.map_or_else(|| message.clone(), |key| format!("`{key}` {message}")),
         }
     }
 
-    /// `mistake` in the table that begins at byte `at`.
-    pub fn mistake(&self, at: usize, (key, message): Mistake) -> SceneError {
+    /// An error in the table that begins at byte `at`.
+    pub(crate) fn table_error(&self, at: usize, (key, message): TableError) -> SceneError {
         self.error(at, Some(key), message)
     }
 }
 
 impl SceneFile {
-    /// All things with the bytes where their tables begin, in file order.
-    pub fn take_bodies(&mut self) -> Vec<(usize, Body)> {
-        fn all<T>(
+    /// All objects with the bytes where their tables begin, in file order.
+    pub(crate) fn take_bodies(&mut self) -> Vec<(usize, Body)> {
+        fn append<T>(
             out: &mut Vec<(usize, Body)>,
             tables: &mut Vec<Spanned<T>>,
             body: impl Fn(T) -> Body,
@@ -178,36 +181,36 @@ impl SceneFile {
             );
         }
         let mut out = Vec::new();
-        all(&mut out, &mut self.rooms, Body::Room);
-        all(&mut out, &mut self.boxes, Body::Box);
-        all(&mut out, &mut self.cylinders, Body::Cylinder);
-        all(&mut out, &mut self.spheres, Body::Sphere);
-        all(&mut out, &mut self.planes, Body::Plane);
-        all(&mut out, &mut self.cones, Body::Cone);
-        all(&mut out, &mut self.superquadrics, Body::Superquadric);
-        all(&mut out, &mut self.persons, Body::Person);
-        all(&mut out, &mut self.doors, Body::Door);
+        append(&mut out, &mut self.rooms, Body::Room);
+        append(&mut out, &mut self.boxes, Body::Box);
+        append(&mut out, &mut self.cylinders, Body::Cylinder);
+        append(&mut out, &mut self.spheres, Body::Sphere);
+        append(&mut out, &mut self.planes, Body::Plane);
+        append(&mut out, &mut self.cones, Body::Cone);
+        append(&mut out, &mut self.superquadrics, Body::Superquadric);
+        append(&mut out, &mut self.persons, Body::Person);
+        append(&mut out, &mut self.doors, Body::Door);
         out.sort_by_key(|(at, _)| *at);
         out
     }
 }
 
 impl RobotTable {
-    /// The first mistake in its numbers, if there is one.
-    pub fn mistake(&self) -> Option<Mistake> {
+    /// The first mistake in its numbers.
+    pub(crate) fn first_error(&self) -> Option<TableError> {
         [
-            ("at", &self.at[..], Rule::Finite),
-            ("yaw_deg", &[self.yaw_deg], Rule::Finite),
-            ("height_m", &[self.height_m], Rule::Finite),
+            ("at", &self.at[..], NumberRule::Finite),
+            ("yaw_deg", &[self.yaw_deg], NumberRule::Finite),
+            ("height_m", &[self.height_m], NumberRule::Finite),
         ]
         .into_iter()
-        .find_map(|(key, values, rule)| Some((key, rule.broken_by(values)?)))
+        .find_map(|(key, values, rule)| Some((key, rule.violation(values)?)))
     }
 }
 
 impl CloudTable {
-    /// The first mistake in its numbers, if there is one.
-    pub fn mistake(&self) -> Option<Mistake> {
+    /// The first mistake in its numbers.
+    pub(crate) fn first_error(&self) -> Option<TableError> {
         if let Some(r) = self.reflectance.filter(|r| !(0.0..=1.0).contains(r)) {
             return Some(("reflectance", format!("must lie in 0..=1, got {r}")));
         }
@@ -217,6 +220,6 @@ impl CloudTable {
             ("origin", &self.origin[..]),
         ]
         .into_iter()
-        .find_map(|(key, values)| Some((key, Rule::Finite.broken_by(values)?)))
+        .find_map(|(key, values)| Some((key, NumberRule::Finite.violation(values)?)))
     }
 }

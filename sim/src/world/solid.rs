@@ -1,96 +1,78 @@
-//! The forms that scenes are made of, and where a ray meets them.
-//!
-//! Every form is hit from outside and from inside: what counts is its surface.
+//! The solids that scenes are made of, and where a ray hits them, from outside or from inside.
 
 use super::bvh::Aabb;
+use super::ray_box::{MIN_HIT_RANGE_M, RangeAndCosine, slab};
 use super::superquadric;
 use nalgebra::{Point3, Vector3};
 use patrold_engine::geometry::Pose;
 
-/// Hits nearer than this are the surface that the ray starts on, metres.
-pub(super) const NEAREST_M: f64 = 1e-9;
-
-/// A form about the origin of its own frame. Lengths in metres.
+/// A shape about the origin of its own frame. Lengths in metres.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Form {
-    /// A box of these half sizes.
+pub enum SolidShape {
+    /// A box.
     Cuboid {
-        /// Half the size along x, y, z.
+        /// Half the sides along x, y, z.
         half: Vector3<f64>,
     },
-    /// A ball.
-    Sphere {
-        /// Radius.
-        radius: f64,
-    },
+    /// A sphere.
+    Sphere { radius: f64 },
     /// A closed cylinder along z.
-    Cylinder {
-        /// Radius.
-        radius: f64,
-        /// Half its length.
-        half_length: f64,
-    },
+    Cylinder { radius: f64, half_length: f64 },
     /// A closed cone: base at z = 0, apex at z = height.
-    Cone {
-        /// Radius of the base.
-        radius: f64,
-        /// Height.
-        height: f64,
-    },
+    Cone { radius: f64, height: f64 },
     /// A superquadric ellipsoid.
     Superquadric {
-        /// Half the size along x, y, z.
+        /// Half the sides along x, y, z.
         half: Vector3<f64>,
-        /// e1 (along z) and e2 (across), 0.1 to 2: 0 is square, 1 round, 2 a rhombus.
+        /// e1 (along z) and e2 (across), 0.1 to 2: 1 is round, 2 a rhombus.
         exponents: [f64; 2],
     },
     /// A flat rectangle in z = 0 with rectangular holes.
     Rectangle {
-        /// Half the size along x and y.
+        /// Half the sides along x and y.
         half: [f64; 2],
         /// Holes as `[x from, x to, y from, y to]`.
         holes: Vec<[f64; 4]>,
     },
 }
 
-/// A form at its place.
+/// A shape at its pose in the map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solid {
     map_from_local: Pose,
     local_from_map: Pose,
-    form: Form,
+    shape: SolidShape,
 }
 
-/// Range and cosine of incidence (0 grazing, 1 square) of the nearest hit.
-pub type RangeAndCosine = (f64, f64);
-
 impl Solid {
-    /// `form` at `map_from_local`.
-    pub fn new(map_from_local: Pose, form: Form) -> Self {
+    /// `shape` at `map_from_local`.
+    pub fn new(map_from_local: Pose, shape: SolidShape) -> Self {
         Self {
             map_from_local,
             local_from_map: map_from_local.inverse(),
-            form,
+            shape,
         }
     }
 
-    /// Where a ray in map coordinates (unit `direction`) first meets the surface.
+    /// Where a ray in map coordinates (unit `direction`) first hits the surface.
     pub fn hit(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<RangeAndCosine> {
         let o = (self.local_from_map * origin).coords;
         let d = self.local_from_map.rotation * direction;
-        match &self.form {
-            Form::Cuboid { half } => hit_cuboid(&o, &d, half),
-            Form::Sphere { radius } => {
+        match &self.shape {
+            SolidShape::Cuboid { half } => hit_cuboid(&o, &d, half),
+            SolidShape::Sphere { radius } => {
                 let roots = roots(1.0, o.dot(&d), o.norm_squared() - radius * radius)?;
                 nearest(roots, |t| Some((o + d * t).dot(&d).abs() / radius))
             }
-            Form::Cylinder {
+            SolidShape::Cylinder {
                 radius,
                 half_length,
             } => hit_cylinder(&o, &d, *radius, *half_length),
-            Form::Cone { radius, height } => hit_cone(&o, &d, *radius, *height),
-            Form::Superquadric { half, exponents } => superquadric::hit(&o, &d, half, *exponents),
-            Form::Rectangle { half, holes } => {
+            SolidShape::Cone { radius, height } => hit_cone(&o, &d, *radius, *height),
+            SolidShape::Superquadric { half, exponents } => {
+                superquadric::hit(&o, &d, half, *exponents)
+            }
+            SolidShape::Rectangle { half, holes } => {
                 let t = -o.z / d.z;
                 nearest([t], |t| {
                     let (x, y) = (o.x + d.x * t, o.y + d.y * t);
@@ -104,23 +86,27 @@ impl Solid {
         }
     }
 
-    /// A box in map coordinates that holds the solid.
+    /// A box along the map's axes that holds the solid.
     pub fn bounds(&self) -> Aabb {
-        let (centre, half) = match &self.form {
-            Form::Cuboid { half } | Form::Superquadric { half, .. } => (Vector3::zeros(), *half),
-            Form::Sphere { radius } => (Vector3::zeros(), Vector3::repeat(*radius)),
-            Form::Cylinder {
+        let (centre, half) = match &self.shape {
+            SolidShape::Cuboid { half } | SolidShape::Superquadric { half, .. } => {
+                (Vector3::zeros(), *half)
+            }
+            SolidShape::Sphere { radius } => (Vector3::zeros(), Vector3::repeat(*radius)),
+            SolidShape::Cylinder {
                 radius,
                 half_length,
             } => (
                 Vector3::zeros(),
                 Vector3::new(*radius, *radius, *half_length),
             ),
-            Form::Cone { radius, height } => {
+            SolidShape::Cone { radius, height } => {
                 let half = height / 2.0;
                 (Vector3::z() * half, Vector3::new(*radius, *radius, half))
             }
-            Form::Rectangle { half, .. } => (Vector3::zeros(), Vector3::new(half[0], half[1], 0.0)),
+            SolidShape::Rectangle { half, .. } => {
+                (Vector3::zeros(), Vector3::new(half[0], half[1], 0.0))
+            }
         };
         let centre = self.map_from_local * Point3::from(centre);
         let reach = self
@@ -144,7 +130,7 @@ fn nearest<const N: usize>(
 ) -> Option<RangeAndCosine> {
     ranges
         .into_iter()
-        .filter(|t| t.is_finite() && *t > NEAREST_M)
+        .filter(|t| t.is_finite() && *t > MIN_HIT_RANGE_M)
         .filter_map(|t| Some((t, cosine(t)?)))
         .min_by(|a, b| a.0.total_cmp(&b.0))
 }
@@ -172,30 +158,10 @@ fn roots(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
 
 fn hit_cuboid(o: &Vector3<f64>, d: &Vector3<f64>, half: &Vector3<f64>) -> Option<RangeAndCosine> {
     let through = slab(o, d, half)?;
-    let t = through.into_iter().find(|t| *t > NEAREST_M)?;
-    // The face that it lies on is the one that it is nearest to.
+    let t = through.into_iter().find(|t| *t > MIN_HIT_RANGE_M)?;
+    // It lies on the nearest face.
     let p = (o + d * t).component_div(half).abs();
     Some((t, d[p.imax()].abs()))
-}
-
-/// Where a ray enters and leaves a box about the origin; `None` if it passes by.
-pub(super) fn slab(o: &Vector3<f64>, d: &Vector3<f64>, half: &Vector3<f64>) -> Option<[f64; 2]> {
-    let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
-    for axis in 0..3 {
-        if d[axis] == 0.0 {
-            if o[axis].abs() > half[axis] {
-                return None;
-            }
-            continue;
-        }
-        let (a, b) = (
-            (-half[axis] - o[axis]) / d[axis],
-            (half[axis] - o[axis]) / d[axis],
-        );
-        enter = enter.max(a.min(b));
-        leave = leave.min(a.max(b));
-    }
-    (enter <= leave).then_some([enter, leave])
 }
 
 fn hit_cylinder(
@@ -253,15 +219,16 @@ fn in_disc(p: &Vector3<f64>, radius: f64, d: &Vector3<f64>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Form, Solid};
+    use super::{Solid, SolidShape};
     use nalgebra::{Point3, Unit, Vector3};
     use patrold_engine::geometry::{Pose, RollPitchYaw};
     use proptest::prelude::*;
 
-    fn hit(form: Form, origin: [f64; 3], direction: [f64; 3]) -> Option<(f64, f64)> {
+    fn hit(shape: SolidShape, origin: [f64; 3], direction: [f64; 3]) -> Option<(f64, f64)> {
         let direction = Vector3::from(direction).normalize();
-        let (range, cosine) = Solid::new(Pose::identity(), form).hit(&origin.into(), &direction)?;
-        // Nine decimals are enough for a closed form.
+        let (range, cosine) =
+            Solid::new(Pose::identity(), shape).hit(&origin.into(), &direction)?;
+        // Nine decimals are enough for a formula.
         Some(((range * 1e9).round() / 1e9, (cosine * 1e9).round() / 1e9))
     }
 
@@ -274,111 +241,111 @@ mod tests {
     }
 
     #[test]
-    fn boxes() {
-        let form = || Form::Cuboid {
+    fn boxes_are_hit_on_the_nearest_face() {
+        let shape = || SolidShape::Cuboid {
             half: Vector3::new(1.0, 2.0, 3.0),
         };
-        near(hit(form(), [-5.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 4.0, 1.0);
-        near(hit(form(), [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]), 3.0, 1.0);
+        near(hit(shape(), [-5.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 4.0, 1.0);
+        near(hit(shape(), [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]), 3.0, 1.0);
         // To (-1, 1, 0) from (-3, -1, 0).
         let s = 0.5f64.sqrt();
         near(
-            hit(form(), [-3.0, -1.0, 0.0], [1.0, 1.0, 0.0]),
+            hit(shape(), [-3.0, -1.0, 0.0], [1.0, 1.0, 0.0]),
             8f64.sqrt(),
             s,
         );
-        assert_eq!(hit(form(), [-5.0, 2.5, 0.0], [1.0, 0.0, 0.0]), None);
-        assert_eq!(hit(form(), [-5.0, 0.0, 0.0], [-1.0, 0.0, 0.0]), None);
+        assert_eq!(hit(shape(), [-5.0, 2.5, 0.0], [1.0, 0.0, 0.0]), None);
+        assert_eq!(hit(shape(), [-5.0, 0.0, 0.0], [-1.0, 0.0, 0.0]), None);
     }
 
     #[test]
-    fn balls() {
-        let form = || Form::Sphere { radius: 1.0 };
-        near(hit(form(), [-3.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 2.0, 1.0);
+    fn spheres_are_hit_from_both_sides() {
+        let shape = || SolidShape::Sphere { radius: 1.0 };
+        near(hit(shape(), [-3.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 2.0, 1.0);
         // Half a radius off the centre: the surface at 30 degrees.
         near(
-            hit(form(), [-3.0, 0.5, 0.0], [1.0, 0.0, 0.0]),
+            hit(shape(), [-3.0, 0.5, 0.0], [1.0, 0.0, 0.0]),
             3.0 - 0.75f64.sqrt(),
             0.75f64.sqrt(),
         );
-        near(hit(form(), [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]), 0.5, 1.0);
-        assert_eq!(hit(form(), [-3.0, 1.5, 0.0], [1.0, 0.0, 0.0]), None);
+        near(hit(shape(), [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]), 0.5, 1.0);
+        assert_eq!(hit(shape(), [-3.0, 1.5, 0.0], [1.0, 0.0, 0.0]), None);
     }
 
     #[test]
-    fn cylinders() {
-        let form = || Form::Cylinder {
+    fn cylinders_are_hit_on_side_and_caps() {
+        let shape = || SolidShape::Cylinder {
             radius: 0.5,
             half_length: 1.0,
         };
         near(
-            hit(form(), [-2.0, 0.3, 0.9], [1.0, 0.0, 0.0]),
+            hit(shape(), [-2.0, 0.3, 0.9], [1.0, 0.0, 0.0]),
             2.0 - 0.4,
             0.8,
         );
-        near(hit(form(), [0.2, 0.0, 5.0], [0.0, 0.0, -1.0]), 4.0, 1.0);
-        near(hit(form(), [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]), 1.0, 1.0);
-        near(hit(form(), [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 0.5, 1.0);
+        near(hit(shape(), [0.2, 0.0, 5.0], [0.0, 0.0, -1.0]), 4.0, 1.0);
+        near(hit(shape(), [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]), 1.0, 1.0);
+        near(hit(shape(), [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 0.5, 1.0);
         // Over the rim on to the cap: down 0.3 at 45 degrees.
         near(
-            hit(form(), [-0.7, 0.0, 1.3], [1.0, 0.0, -1.0]),
+            hit(shape(), [-0.7, 0.0, 1.3], [1.0, 0.0, -1.0]),
             0.18f64.sqrt(),
             0.5f64.sqrt(),
         );
-        assert_eq!(hit(form(), [-2.0, 0.0, 1.1], [1.0, 0.0, 0.0]), None);
-        assert_eq!(hit(form(), [0.6, 0.0, 5.0], [0.0, 0.0, -1.0]), None);
+        assert_eq!(hit(shape(), [-2.0, 0.0, 1.1], [1.0, 0.0, 0.0]), None);
+        assert_eq!(hit(shape(), [0.6, 0.0, 5.0], [0.0, 0.0, -1.0]), None);
     }
 
     #[test]
-    fn cones() {
-        let form = || Form::Cone {
+    fn cones_are_hit_on_side_and_base() {
+        let shape = || SolidShape::Cone {
             radius: 1.0,
             height: 1.0,
         };
         let s = 0.5f64.sqrt();
-        near(hit(form(), [-2.0, 0.0, 0.5], [1.0, 0.0, 0.0]), 1.5, s);
-        near(hit(form(), [0.5, 0.0, 2.0], [0.0, 0.0, -1.0]), 1.5, s);
-        near(hit(form(), [0.5, 0.0, -2.0], [0.0, 0.0, 1.0]), 2.0, 1.0);
-        near(hit(form(), [0.0, 0.0, 0.5], [1.0, 0.0, 0.0]), 0.5, s);
-        near(hit(form(), [0.0, 0.0, 0.5], [0.0, 0.0, -1.0]), 0.5, 1.0);
+        near(hit(shape(), [-2.0, 0.0, 0.5], [1.0, 0.0, 0.0]), 1.5, s);
+        near(hit(shape(), [0.5, 0.0, 2.0], [0.0, 0.0, -1.0]), 1.5, s);
+        near(hit(shape(), [0.5, 0.0, -2.0], [0.0, 0.0, 1.0]), 2.0, 1.0);
+        near(hit(shape(), [0.0, 0.0, 0.5], [1.0, 0.0, 0.0]), 0.5, s);
+        near(hit(shape(), [0.0, 0.0, 0.5], [0.0, 0.0, -1.0]), 0.5, 1.0);
         // Parallel to the far flank, square on the near one.
         near(
-            hit(form(), [-1.5, 0.0, 0.5], [1.0, 0.0, -1.0]),
+            hit(shape(), [-1.5, 0.0, 0.5], [1.0, 0.0, -1.0]),
             0.5 * 2f64.sqrt(),
             1.0,
         );
-        assert_eq!(hit(form(), [-2.0, 0.0, 1.1], [1.0, 0.0, 0.0]), None);
+        assert_eq!(hit(shape(), [-2.0, 0.0, 1.1], [1.0, 0.0, 0.0]), None);
     }
 
     #[test]
-    fn rectangles_and_their_holes() {
-        let form = || Form::Rectangle {
+    fn rectangles_let_rays_through_their_holes() {
+        let shape = || SolidShape::Rectangle {
             half: [2.0, 1.0],
             holes: vec![[0.0, 1.0, -1.0, 0.5]],
         };
-        near(hit(form(), [-1.0, 0.0, 2.0], [0.0, 0.0, -1.0]), 2.0, 1.0);
+        near(hit(shape(), [-1.0, 0.0, 2.0], [0.0, 0.0, -1.0]), 2.0, 1.0);
         near(
-            hit(form(), [-1.0, 0.0, -2.0], [0.0, 1.0, 4.0]),
+            hit(shape(), [-1.0, 0.0, -2.0], [0.0, 1.0, 4.0]),
             17f64.sqrt() / 2.0,
             4.0 / 17f64.sqrt(),
         );
-        assert_eq!(hit(form(), [0.5, 0.0, 2.0], [0.0, 0.0, -1.0]), None);
-        assert_eq!(hit(form(), [0.0, 1.5, 2.0], [0.0, 0.0, -1.0]), None);
-        assert_eq!(hit(form(), [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), None);
+        assert_eq!(hit(shape(), [0.5, 0.0, 2.0], [0.0, 0.0, -1.0]), None);
+        assert_eq!(hit(shape(), [0.0, 1.5, 2.0], [0.0, 0.0, -1.0]), None);
+        assert_eq!(hit(shape(), [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), None);
     }
 
-    fn any_form() -> impl Strategy<Value = Form> {
+    fn any_shape() -> impl Strategy<Value = SolidShape> {
         prop_oneof![
-            (0.1..2.0, 0.1..2.0, 0.1..2.0).prop_map(|(x, y, z)| Form::Cuboid {
+            (0.1..2.0, 0.1..2.0, 0.1..2.0).prop_map(|(x, y, z)| SolidShape::Cuboid {
                 half: Vector3::new(x, y, z)
             }),
-            (0.1..2.0).prop_map(|radius| Form::Sphere { radius }),
-            (0.1..2.0, 0.1..2.0).prop_map(|(radius, half_length)| Form::Cylinder {
+            (0.1..2.0).prop_map(|radius| SolidShape::Sphere { radius }),
+            (0.1..2.0, 0.1..2.0).prop_map(|(radius, half_length)| SolidShape::Cylinder {
                 radius,
                 half_length
             }),
-            (0.1..2.0, 0.1..2.0).prop_map(|(radius, height)| Form::Cone { radius, height }),
-            (0.1..2.0, 0.1..2.0).prop_map(|(x, y)| Form::Rectangle {
+            (0.1..2.0, 0.1..2.0).prop_map(|(radius, height)| SolidShape::Cone { radius, height }),
+            (0.1..2.0, 0.1..2.0).prop_map(|(x, y)| SolidShape::Rectangle {
                 half: [x, y],
                 holes: Vec::new()
             }),
@@ -388,7 +355,7 @@ mod tests {
     proptest! {
         #[test]
         fn hits_lie_within_the_bounds_and_move_with_the_solid(
-            form in any_form(),
+            shape in any_shape(),
             at in proptest::array::uniform3(-3.0..3.0f64),
             turn in proptest::array::uniform3(-3.0..3.0f64),
             origin in proptest::array::uniform3(-4.0..4.0f64),
@@ -400,11 +367,11 @@ mod tests {
             let [roll_rad, pitch_rad, yaw_rad] = turn;
             let pose = RollPitchYaw { roll_rad, pitch_rad, yaw_rad }.with_translation(at);
             let origin = Point3::from(origin);
-            let still = Solid::new(Pose::identity(), form.clone()).hit(&origin, &direction);
-            let solid = Solid::new(pose, form);
+            let at_origin = Solid::new(Pose::identity(), shape.clone()).hit(&origin, &direction);
+            let solid = Solid::new(pose, shape);
             let moved = solid.hit(&(pose * origin), &(pose * *direction));
-            prop_assert_eq!(still.is_some(), moved.is_some());
-            if let (Some(a), Some(b)) = (still, moved) {
+            prop_assert_eq!(at_origin.is_some(), moved.is_some());
+            if let (Some(a), Some(b)) = (at_origin, moved) {
                 prop_assert!((a.0 - b.0).abs() < 1e-7);
                 prop_assert!((0.0..=1.0 + 1e-9).contains(&a.1));
                 let p = pose * (origin + *direction * a.0);

@@ -1,17 +1,17 @@
-//! Where a ray meets a superquadric ellipsoid (|x/a|^(2/e2) + |y/b|^(2/e2))^(e2/e1) + |z/c|^(2/e1) = 1 of exponents up
-//! to 2. Its left side to the power e1/2 is a norm, so along a ray it has one valley.
+//! Where a ray hits a superquadric ellipsoid (|x/a|^(2/e2) + |y/b|^(2/e2))^(e2/e1) + |z/c|^(2/e1) = 1 of exponents up
+//! to 2. The left side to the power e1/2 is a norm, so along a ray it has one minimum.
 
-use super::solid::{NEAREST_M, RangeAndCosine, slab};
+use super::ray_box::{MIN_HIT_RANGE_M, RangeAndCosine, slab};
 use nalgebra::Vector3;
 
-/// Golden sections to the floor of the valley, and halvings from there to its walls: (0.618)^60 and 2^-50 of the way
-/// through the bounding box are below the rounding of a range.
-const SECTIONS: usize = 60;
-/// See [`SECTIONS`].
-const HALVINGS: usize = 50;
+/// Golden sections to the minimum, and bisections from there to the surface: (0.618)^60 and 2^-50 of the way through
+/// the bounding box are below the rounding of a range.
+const GOLDEN_SECTIONS: usize = 60;
+/// See [`GOLDEN_SECTIONS`].
+const BISECTIONS: usize = 50;
 
-/// The nearest hit from `o` along `d` (unit), both in its own frame.
-pub(super) fn hit(
+/// The nearest hit from `o` along `d` (unit), both in the frame of the superquadric.
+pub(crate) fn hit(
     o: &Vector3<f64>,
     d: &Vector3<f64>,
     half: &Vector3<f64>,
@@ -19,35 +19,35 @@ pub(super) fn hit(
 ) -> Option<RangeAndCosine> {
     let [enter, leave] = slab(o, d, half)?;
     let outside = |t: f64| norm((o + d * t).component_div(half), exponents) - 1.0;
-    let floor = valley(enter, leave, outside);
-    if outside(floor) > 0.0 {
+    let minimum = minimise(enter, leave, outside);
+    if outside(minimum) > 0.0 {
         return None;
     }
-    [(enter, floor), (leave, floor)]
+    [(enter, minimum), (leave, minimum)]
         .into_iter()
-        .map(|(out, within)| wall(out, within, outside))
-        .find(|t| *t > NEAREST_M)
+        .map(|(out, within)| bisect(out, within, outside))
+        .find(|t| *t > MIN_HIT_RANGE_M)
         .map(|t| (t, cosine(&(o + d * t), d, half, exponents)))
 }
 
-/// Its left side to the power e1/2 at `u`, in units of the half sizes.
+/// The left side to the power e1/2 at `u`, in units of the half sizes.
 fn norm(u: Vector3<f64>, [e1, e2]: [f64; 2]) -> f64 {
-    // Of degree one: the greatest coordinate drawn out keeps powers in range.
-    let most = u.amax();
-    if most == 0.0 {
+    // Of degree one: dividing by the greatest coordinate keeps powers in range.
+    let max = u.amax();
+    if max == 0.0 {
         return 0.0;
     }
-    let v = u.abs() / most;
+    let v = u.abs() / max;
     let across = v.x.powf(2.0 / e2) + v.y.powf(2.0 / e2);
-    most * (across.powf(e2 / e1) + v.z.powf(2.0 / e1)).powf(e1 / 2.0)
+    max * (across.powf(e2 / e1) + v.z.powf(2.0 / e1)).powf(e1 / 2.0)
 }
 
-/// Where `f`, of one valley, is least between `a` and `b`; any place below zero is as good.
-fn valley(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
+/// Where `f`, which has one minimum, is least between `a` and `b`; stops at the first value below zero.
+fn minimise(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
     let golden = (5f64.sqrt() - 1.0) / 2.0;
     let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
     let (mut at_c, mut at_d) = (f(c), f(d));
-    for _ in 0..SECTIONS {
+    for _ in 0..GOLDEN_SECTIONS {
         if at_c < 0.0 {
             return c;
         }
@@ -64,9 +64,9 @@ fn valley(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
     f64::midpoint(a, b)
 }
 
-/// Where `f` changes its sign between a place outside and one within.
-fn wall(mut out: f64, mut within: f64, f: impl Fn(f64) -> f64) -> f64 {
-    for _ in 0..HALVINGS {
+/// Where `f` changes its sign between `out` and `within`.
+fn bisect(mut out: f64, mut within: f64, f: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..BISECTIONS {
         let middle = f64::midpoint(out, within);
         if f(middle) > 0.0 {
             out = middle;
@@ -146,7 +146,7 @@ mod tests {
             let d = (target - o).normalize();
             let half = Vector3::from(HALF);
             let exponents = [e.0, e.1];
-            // By the equation as it is printed.
+            // By the equation itself.
             let side = |t: f64| {
                 let u = (o + d * t).component_div(&half).abs();
                 let across = u.x.powf(2.0 / e.1) + u.y.powf(2.0 / e.1);

@@ -1,15 +1,14 @@
-//! A recorded cloud as a room: every point becomes a small disc (surfel) that stops rays.
+//! A recorded cloud as surfels: every point becomes a small disc that stops rays.
 
 use super::bvh::{Aabb, Bvh};
 use super::constants::{
     SURFEL_CELL_M, SURFEL_LINE_RATIO, SURFEL_NEIGHBOURS, SURFEL_RADIUS_M, SURFEL_REACH_NEIGHBOUR,
 };
-use super::solid::RangeAndCosine;
+use super::ray_box::RangeAndCosine;
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 use rayon::prelude::*;
 use std::collections::HashSet;
 
-/// A disc.
 #[derive(Debug, Clone, PartialEq)]
 struct Surfel {
     centre: Point3<f64>,
@@ -18,30 +17,30 @@ struct Surfel {
     radius: f64,
 }
 
-/// The discs of one cloud, ready for rays.
+/// The surfels of one cloud, indexed for ray casting.
 #[derive(Debug, Clone, Default)]
-pub struct Surfels {
+pub(crate) struct Surfels {
     discs: Vec<Surfel>,
     tree: Bvh,
 }
 
 impl Surfels {
-    /// Discs for `points` (non-finite ones are left out), which were recorded from `origin`. The cloud is thinned first;
-    /// normals come from the principal axes of the nearest neighbours, radii from their distance.
-    pub fn of(points: &[Point3<f64>], origin: &Point3<f64>) -> Self {
-        let mut taken = HashSet::new();
+    /// Surfels of `points` (non-finite ones are left out) recorded from `origin`. The cloud is thinned first; normals
+    /// come from the principal axes of the nearest neighbours, radii from their distance.
+    pub(crate) fn from_points(points: &[Point3<f64>], origin: &Point3<f64>) -> Self {
+        let mut occupied = HashSet::new();
         let cell = |c: f64| (c / SURFEL_CELL_M).floor() as i64;
-        let thin: Vec<Point3<f64>> = points
+        let thinned: Vec<Point3<f64>> = points
             .iter()
             .filter(|p| p.iter().all(|c| c.is_finite()))
-            .filter(|p| taken.insert([cell(p.x), cell(p.y), cell(p.z)]))
+            .filter(|p| occupied.insert([cell(p.x), cell(p.y), cell(p.z)]))
             .copied()
             .collect();
-        let boxes: Vec<Aabb> = thin.iter().map(|p| Aabb { low: *p, high: *p }).collect();
-        let near = Bvh::build(&boxes);
-        let discs: Vec<Surfel> = thin
+        let boxes: Vec<Aabb> = thinned.iter().map(|p| Aabb { low: *p, high: *p }).collect();
+        let neighbours = Bvh::build(&boxes);
+        let discs: Vec<Surfel> = thinned
             .par_iter()
-            .map(|p| surfel(p, &thin, &near, origin))
+            .map(|p| surfel(p, &thinned, &neighbours, origin))
             .collect();
         let boxes: Vec<Aabb> = discs.iter().map(Surfel::bounds).collect();
         Self {
@@ -51,21 +50,22 @@ impl Surfels {
     }
 
     /// The nearest hit within `limit` metres.
-    pub fn hit(
+    pub(crate) fn hit(
         &self,
         origin: &Point3<f64>,
         direction: &Vector3<f64>,
         limit: f64,
     ) -> Option<RangeAndCosine> {
         let (mut limit, mut best) = (limit, None);
-        self.tree.along(origin, direction, &mut limit, |i, limit| {
-            if let Some(hit) = self.discs.get(i).and_then(|s| s.hit(origin, direction))
-                && hit.0 < *limit
-            {
-                *limit = hit.0;
-                best = Some(hit);
-            }
-        });
+        self.tree
+            .visit_along_ray(origin, direction, &mut limit, |i, limit| {
+                if let Some(hit) = self.discs.get(i).and_then(|s| s.hit(origin, direction))
+                    && hit.0 < *limit
+                {
+                    *limit = hit.0;
+                    best = Some(hit);
+                }
+            });
         best
     }
 }
@@ -90,18 +90,18 @@ impl Surfel {
     }
 }
 
-/// The up to `SURFEL_NEIGHBOURS` points nearest to `point` (itself included) with squared distances, from near to far.
+/// The up to `SURFEL_NEIGHBOURS` points nearest to `point` (itself included) with squared distances, nearest first.
 fn neighbours(point: &Point3<f64>, points: &[Point3<f64>], tree: &Bvh) -> Vec<(f64, usize)> {
     let mut found: Vec<(f64, usize)> = Vec::with_capacity(SURFEL_NEIGHBOURS + 1);
     let mut limit = f64::INFINITY;
-    tree.around(point, &mut limit, |i, limit| {
+    tree.visit_near_point(point, &mut limit, |i, limit| {
         let Some(other) = points.get(i) else { return };
         let entry = ((other - point).norm_squared(), i);
         if entry.0 > *limit {
             return;
         }
-        let place = found.partition_point(|e| (e.0, e.1) < entry);
-        found.insert(place, entry);
+        let index = found.partition_point(|e| (e.0, e.1) < entry);
+        found.insert(index, entry);
         found.truncate(SURFEL_NEIGHBOURS);
         if let (SURFEL_NEIGHBOURS, Some(last)) = (found.len(), found.last()) {
             *limit = last.0;
@@ -120,19 +120,19 @@ fn surfel(point: &Point3<f64>, points: &[Point3<f64>], tree: &Bvh, origin: &Poin
     let eigen = SymmetricEigen::new(scatter);
     let mut axes = [0, 1, 2];
     axes.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-    let [least, middle, most] = axes;
-    let toward = (origin - point)
+    let [smallest, middle, largest] = axes;
+    let to_sensor = (origin - point)
         .try_normalize(1e-9)
         .unwrap_or_else(Vector3::z);
-    let along: Vector3<f64> = eigen.eigenvectors.column(most).into();
-    let flat = eigen.eigenvalues[middle] > SURFEL_LINE_RATIO * eigen.eigenvalues[most];
+    let along: Vector3<f64> = eigen.eigenvectors.column(largest).into();
+    let flat = eigen.eigenvalues[middle] > SURFEL_LINE_RATIO * eigen.eigenvalues[largest];
     let normal = if flat {
-        eigen.eigenvectors.column(least).into()
+        eigen.eigenvectors.column(smallest).into()
     } else {
-        // Neighbours of one scan line only: face the sensor as far as the line allows.
-        (toward - along * along.dot(&toward))
+        // All neighbours lie on one scan line: face the sensor as far as the line allows.
+        (to_sensor - along * along.dot(&to_sensor))
             .try_normalize(1e-6)
-            .unwrap_or(toward)
+            .unwrap_or(to_sensor)
     };
     let reach = found.get(SURFEL_REACH_NEIGHBOUR).or(found.last());
     Surfel {
@@ -151,8 +151,8 @@ mod tests {
     use std::f64::consts::{PI, TAU};
 
     #[test]
-    fn a_sampled_wall_and_ball_stop_rays_where_they_stand() {
-        // A wall at x = 3 and in front of it a ball of radius 0.4 about (2, 0, 0), sampled every 3 cm.
+    fn a_sampled_wall_and_sphere_stop_rays_where_they_are() {
+        // A wall at x = 3 and in front of it a sphere of radius 0.4 about (2, 0, 0), sampled every 3 cm.
         let mut points = Vec::new();
         for i in -60..=60 {
             for j in -60..=60 {
@@ -170,7 +170,7 @@ mod tests {
             }
         }
         points.push(Point3::new(f64::NAN, 0.0, 0.0));
-        let surfels = Surfels::of(&points, &Point3::origin());
+        let surfels = Surfels::from_points(&points, &Point3::origin());
         for i in -40..=40 {
             for j in -40..=40 {
                 let direction =
@@ -197,8 +197,8 @@ mod tests {
     }
 
     #[test]
-    fn nothing_makes_no_surfels() {
-        let none = Surfels::of(&[], &Point3::origin());
+    fn no_points_give_no_surfels() {
+        let none = Surfels::from_points(&[], &Point3::origin());
         assert_eq!(none.hit(&Point3::origin(), &Vector3::x(), 10.0), None);
     }
 }

@@ -1,14 +1,14 @@
-//! The tables of scene files: one struct each, its keys and their defaults. Metres; degrees in keys that say so; places
-//! on the map.
+//! The tables of scene files: one struct each, its keys and their defaults. Metres; degrees where the key says so;
+//! positions in the map.
 #![allow(
     missing_docs,
-    reason = "keys are documented where their name and the units above do not say all"
+    reason = "keys are documented where name and unit are not enough"
 )]
 
 use serde::Deserialize;
 
-/// A mistake in one table: the key, and what is wrong with it.
-pub type Mistake = (&'static str, String);
+/// A mistake in a table: the key, and what is wrong with its value.
+pub(crate) type TableError = (&'static str, String);
 
 /// `[[room]]`: a box seen from inside.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -20,11 +20,9 @@ pub struct RoomTable {
     pub size: [f64; 3],
     #[serde(default)]
     pub yaw_deg: f64,
-    /// Whether it has a floor.
-    #[serde(default = "yes")]
+    #[serde(default = "present")]
     pub floor: bool,
-    /// Whether it has a ceiling.
-    #[serde(default = "yes")]
+    #[serde(default = "present")]
     pub ceiling: bool,
     #[serde(default)]
     pub openings: Vec<Opening>,
@@ -39,10 +37,10 @@ pub struct Opening {
     #[serde(default)]
     pub at_m: f64,
     pub width_m: f64,
-    /// Height above the room's floor where it begins.
+    /// Height of its lower edge above the floor.
     #[serde(default)]
     pub from_m: f64,
-    /// Height above the room's floor where it ends.
+    /// Height of its upper edge above the floor.
     pub to_m: f64,
 }
 
@@ -135,7 +133,7 @@ pub struct SuperquadricTable {
     pub yaw_deg: f64,
 }
 
-/// `[[person]]`: stands with the feet at `at`.
+/// `[[person]]`: upright, the feet at `at`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PersonTable {
@@ -166,7 +164,7 @@ pub struct DoorTable {
     pub angle_deg: f64,
 }
 
-fn yes() -> bool {
+fn present() -> bool {
     true
 }
 
@@ -182,10 +180,9 @@ fn door_thickness() -> f64 {
     0.04
 }
 
-/// What the numbers of a key must be.
+/// What the values of a key must be.
 #[derive(Clone, Copy)]
-pub enum Rule {
-    /// Finite.
+pub(crate) enum NumberRule {
     Finite,
     /// Finite and above zero.
     Positive,
@@ -195,11 +192,11 @@ pub enum Rule {
     Direction,
 }
 
-impl Rule {
-    /// What `values` do wrong, if anything.
-    pub fn broken_by(self, values: &[f64]) -> Option<String> {
+impl NumberRule {
+    /// How `values` break it.
+    pub(crate) fn violation(self, values: &[f64]) -> Option<String> {
         let finite = values.iter().all(|v| v.is_finite());
-        let (kept, wanted) = match self {
+        let (valid, expected) = match self {
             Self::Finite => (finite, "be finite"),
             Self::Positive => (finite && values.iter().all(|v| *v > 0.0), "be above 0"),
             Self::Exponents => (
@@ -212,17 +209,17 @@ impl Rule {
             }
         };
         let got: Vec<String> = values.iter().map(f64::to_string).collect();
-        (!kept).then(|| format!("must {wanted}, got {}", got.join(", ")))
+        (!valid).then(|| format!("must {expected}, got {}", got.join(", ")))
     }
 }
 
 impl Opening {
-    /// What is wrong with it, if anything.
-    pub fn mistake(&self) -> Option<Mistake> {
+    /// The first mistake in its numbers.
+    pub fn first_error(&self) -> Option<TableError> {
         let numbers = [self.at_m, self.width_m, self.from_m, self.to_m];
-        let good =
+        let valid =
             numbers.iter().all(|v| v.is_finite()) && self.width_m > 0.0 && self.from_m < self.to_m;
-        (!good).then(|| {
+        (!valid).then(|| {
             (
                 "openings",
                 format!("must have width_m > 0 and from_m < to_m, got {self:?}"),

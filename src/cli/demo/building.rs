@@ -1,13 +1,13 @@
-//! The demo's building: four places, each as it should be and as it is in the changed round.
+//! The building of the demo: four waypoints, each with its scene before and after the change.
 
 use crate::cli::failure::Failure;
-use patrold_sim::world::{Scene, Stand, World};
+use patrold_sim::world::{Pose2d, Scene, World};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
 
-/// The scenes that ship, by the name of their file.
-const SCENES: &[(&str, &str)] = &[
+/// The shipped scenes by file name.
+const SCENE_FILES: &[(&str, &str)] = &[
     (
         "corridor.toml",
         include_str!("../../../config/scenes/corridor.toml"),
@@ -38,13 +38,13 @@ const SCENES: &[(&str, &str)] = &[
     ),
 ];
 
-/// Waypoint, the place as taught, the place in the changed round, what happened.
-const PLACES: &[[&str; 4]] = &[
+/// Waypoint, scene as taught, scene in the changed round, what changed.
+const WAYPOINTS: &[[&str; 4]] = &[
     [
         "corridor",
         "corridor.toml",
         "corridor-person.toml",
-        "a person stands there",
+        "a person appeared",
     ],
     [
         "office",
@@ -62,48 +62,40 @@ const PLACES: &[[&str; 4]] = &[
         "storeroom-2",
         "storeroom.toml",
         "storeroom-taken.toml",
-        "a thing was taken away",
+        "an object was removed",
     ],
 ];
 
-/// How far a robot stops off its waypoint, metres either way: a navigator's usual centimetres.
-const STOP_ERROR_M: f64 = 0.04;
-/// The same for its heading, degrees.
-const STOP_ERROR_DEG: f64 = 2.0;
+/// Largest error of the robot's position in x and y, metres: usual for a navigator.
+const MAX_STOP_ERROR_M: f64 = 0.04;
+/// Largest error of its yaw, degrees.
+const MAX_STOP_ERROR_DEG: f64 = 2.0;
 
-/// One place of the round.
-pub struct Place {
-    /// Its waypoint's name.
-    pub waypoint: &'static str,
-    /// What happens to it in the changed round.
-    pub story: &'static str,
-    /// As it should be.
+pub(super) struct DemoWaypoint {
+    pub name: &'static str,
+    /// What changes here, in words.
+    pub change: &'static str,
     pub before: Scene,
-    /// As it is in the changed round.
     pub after: Scene,
 }
 
-/// All places.
-///
-/// # Errors
-/// A shipped scene does not read.
-pub fn places() -> Result<Vec<Place>, Failure> {
-    PLACES
+pub(super) fn demo_waypoints() -> Result<Vec<DemoWaypoint>, Failure> {
+    WAYPOINTS
         .iter()
-        .map(|[waypoint, before, after, story]| {
-            Ok(Place {
-                waypoint,
-                story,
-                before: scene(before)?,
-                after: scene(after)?,
+        .map(|[name, before, after, change]| {
+            Ok(DemoWaypoint {
+                name,
+                change,
+                before: load_scene(before)?,
+                after: load_scene(after)?,
             })
         })
         .collect()
 }
 
-fn scene(name: &str) -> Result<Scene, Failure> {
+fn load_scene(name: &str) -> Result<Scene, Failure> {
     let load = |file: &str| {
-        SCENES
+        SCENE_FILES
             .iter()
             .find(|(known, _)| *known == file)
             .map(|(_, text)| (*text).to_owned())
@@ -112,29 +104,25 @@ fn scene(name: &str) -> Result<Scene, Failure> {
     Scene::resolve(name, &load).map_err(Failure::failed)
 }
 
-/// What stands around, for the rays.
-///
-/// # Errors
-/// The scene does not build.
-pub fn world(scene: &Scene) -> Result<Arc<World>, Failure> {
+pub(super) fn build_world(scene: &Scene) -> Result<Arc<World>, Failure> {
     scene.build(None).map(Arc::new).map_err(Failure::failed)
 }
 
-/// Where the robot stops: at the waypoint when it is taught, a little off it on a revisit.
-pub fn stand(scene: &Scene, visit: Option<u64>) -> Stand {
-    let at = scene.map_from_base.translation.vector;
+/// The robot's pose on the map: at the waypoint, or with the seed of a visit, off it by a random stop error.
+pub(super) fn robot_pose(scene: &Scene, visit_seed: Option<u64>) -> Pose2d {
+    let position = scene.map_from_base.translation.vector;
     let (_, _, yaw_rad) = scene.map_from_base.rotation.euler_angles();
-    let mut stand = Stand {
-        x_m: at.x,
-        y_m: at.y,
+    let mut pose = Pose2d {
+        x_m: position.x,
+        y_m: position.y,
         yaw_rad,
     };
-    if let Some(seed) = visit {
-        let mut chance = ChaCha8Rng::seed_from_u64(seed);
-        let mut off = |most: f64| chance.random_range(-most..=most);
-        stand.x_m += off(STOP_ERROR_M);
-        stand.y_m += off(STOP_ERROR_M);
-        stand.yaw_rad += off(STOP_ERROR_DEG).to_radians();
+    if let Some(seed) = visit_seed {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut error = |max: f64| rng.random_range(-max..=max);
+        pose.x_m += error(MAX_STOP_ERROR_M);
+        pose.y_m += error(MAX_STOP_ERROR_M);
+        pose.yaw_rad += error(MAX_STOP_ERROR_DEG).to_radians();
     }
-    stand
+    pose
 }

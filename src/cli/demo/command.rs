@@ -1,80 +1,76 @@
-//! The command itself: its arguments, its folder, its exit code.
+//! The command: arguments, folder, exit code.
 
-use super::{building, rounds, stage, tell};
-use crate::cli::failure::{DONE, FAILED, Failure, Outcome};
-use crate::cli::output;
+use super::building::demo_waypoints;
+use super::report::DemoReport;
+use super::rounds::run_rounds;
+use super::system::DemoSystem;
+use crate::cli::failure::{CommandResult, DONE, FAILED, Failure};
+use crate::cli::{files, output};
 use clap::Args;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Arguments of `demo`.
 #[derive(Debug, Args)]
-pub struct DemoArgs {
-    /// Keep database, configuration and references here [default: a new folder in the temporary directory]
+pub(crate) struct DemoArgs {
+    /// Folder of the database and configuration; must hold no patrol yet [default: a new temporary folder]
     #[arg(long, value_name = "DIR")]
     state: Option<PathBuf>,
-    /// Seed of the sensors' noise and of where the robot stops
+    /// Seed of the sensor noise and of the robot's stop errors
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Seconds of the robot's time in one second of yours; the demo slows itself down where the machine lags
-    #[arg(long, value_name = "X", default_value_t = 10.0, value_parser = scale)]
+    /// Device seconds per second of wall time; lowered where this machine lags
+    #[arg(long, value_name = "X", default_value_t = 10.0, value_parser = parse_demo_time_scale)]
     time_scale: f64,
     /// Report as JSON
     #[arg(long)]
     json: bool,
 }
 
-/// Runs `demo`: teach, a quiet round, a changed round, the log, the truth.
-pub fn run(args: &DemoArgs) -> Outcome {
+pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     let state = state_folder(args.state.as_deref())?;
-    let places = building::places()?;
-    let mut stage = stage::Stage::open(&state, &places, args.time_scale, args.seed)?;
-    let say = |text: &str| {
+    let waypoints = demo_waypoints()?;
+    let mut system = DemoSystem::start(&state, &waypoints, args.time_scale, args.seed)?;
+    let print = |text: &str| {
         if args.json {
             Ok(())
         } else {
             output::line(text)
         }
     };
-    say(&format!(
-        "state in {}; both devices on pseudo-terminals, time runs {} times as fast",
+    print(&format!(
+        "state in {}; both devices emulated on pseudo-terminals, time scale {}",
         state.display(),
         args.time_scale
     ))?;
-    let rounds = rounds::all(&mut stage, &places, args.seed, &say)?;
-    let slowed_to = stage.time_scale();
-    stage.close()?;
-    let judged = tell::judge(&places, rounds, &state)?;
+    let quiet_visits = run_rounds(&mut system, &waypoints, args.seed, &print)?;
+    let final_time_scale = system.time_scale();
+    system.stop()?;
+    let report = DemoReport::new(&waypoints, quiet_visits, &state)?;
     if args.json {
-        output::json(&judged.report(args.seed, slowed_to))?;
+        output::json(&report.json(args.seed, final_time_scale))?;
     } else {
-        output::line(judged.prose())?;
+        output::line(report.text())?;
     }
-    Ok(if judged.exactly_the_truth() {
-        DONE
-    } else {
-        FAILED
-    })
+    Ok(if report.is_correct() { DONE } else { FAILED })
 }
 
-fn state_folder(wanted: Option<&Path>) -> Result<PathBuf, Failure> {
-    let own_name = || {
+fn state_folder(given: Option<&Path>) -> Result<PathBuf, Failure> {
+    let new_name = || {
         let started_ms = jiff::Timestamp::now().as_millisecond();
         format!("patrold-demo-{started_ms}-{}", std::process::id())
     };
-    let folder = wanted.map_or_else(|| std::env::temp_dir().join(own_name()), Path::to_owned);
-    let named =
-        |error: &dyn std::fmt::Display| Failure::Failed(format!("{}: {error}", folder.display()));
+    let folder = given.map_or_else(|| std::env::temp_dir().join(new_name()), Path::to_owned);
+    let failure = |error: &dyn std::fmt::Display| files::file_error(&folder, error);
     if folder.join("patrold.db").exists() {
-        return Err(named(
-            &"holds a patrol already; give --state an empty folder",
+        return Err(failure(
+            &"already holds a patrol; give --state an empty folder",
         ));
     }
-    fs::create_dir_all(&folder).map_err(|error| named(&error))?;
-    folder.canonicalize().map_err(|error| named(&error))
+    fs::create_dir_all(&folder).map_err(|error| failure(&error))?;
+    folder.canonicalize().map_err(|error| failure(&error))
 }
 
-fn scale(text: &str) -> Result<f64, String> {
+fn parse_demo_time_scale(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if (0.1..=100.0).contains(&x) => Ok(x),
         _ => Err(format!("expected a number from 0.1 to 100, got {text:?}")),

@@ -1,10 +1,10 @@
-//! `patrold demo`: the whole job with no hardware, judged against the truth.
+//! `patrold demo`: a patrol without hardware, its alarms checked against the true changes.
 
 mod building;
 mod command;
+mod report;
 mod rounds;
-mod stage;
-mod tell;
+mod system;
 mod truth;
 
-pub use command::{DemoArgs, run};
+pub(crate) use command::{DemoArgs, run};

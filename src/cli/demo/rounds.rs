@@ -1,90 +1,82 @@
 //! The three rounds: teach, quiet, changed.
 
-use super::building::{Place, stand, world};
-use super::stage::Stage;
+use super::building::{DemoWaypoint, build_world, robot_pose};
+use super::system::DemoSystem;
 use crate::cli::failure::Failure;
 use crate::service::replies::{TeachReply, VisitReply};
 
-/// A visit that was not observed is made again so often, as a patrol would; the clock runs slower each time.
-const TRIES: usize = 4;
+/// Attempts at a waypoint while the answer is `not_observed` or the reference is refused; time runs slower after each.
+const MAX_ATTEMPTS: usize = 4;
 
-/// What the rounds saw that the log does not tell, in the order of the places.
-pub struct Rounds {
-    /// Nothing had changed.
-    pub quiet: Vec<VisitReply>,
-}
-
-/// Makes all rounds.
-///
-/// # Errors
-/// The service refuses something.
-pub fn all(
-    stage: &mut Stage,
-    places: &[Place],
+/// Runs all rounds. Returns the visits of the quiet round, which the alarm log does not have.
+pub(super) fn run_rounds(
+    system: &mut DemoSystem,
+    waypoints: &[DemoWaypoint],
     seed: u64,
-    say: &dyn Fn(&str) -> Result<(), Failure>,
-) -> Result<Rounds, Failure> {
-    say("\nteaching")?;
-    for place in places {
-        let taught = teach(stage, place)?;
-        say(&format!(
+    print: &dyn Fn(&str) -> Result<(), Failure>,
+) -> Result<Vec<VisitReply>, Failure> {
+    print("\nteaching")?;
+    for waypoint in waypoints {
+        let reply = teach(system, waypoint)?;
+        print(&format!(
             "  {}: reference of {} points, {} components",
-            taught.waypoint, taught.points, taught.components
+            reply.waypoint, reply.points, reply.components
         ))?;
     }
-    say("\nquiet round")?;
-    let quiet = round(stage, places, Round::Quiet, seed, say)?;
-    say("\nchanged round")?;
-    round(stage, places, Round::Changed, seed, say)?;
-    Ok(Rounds { quiet })
+    print("\nquiet round")?;
+    let quiet_visits = visit_all(system, waypoints, VisitRound::Quiet, seed, print)?;
+    print("\nchanged round")?;
+    visit_all(system, waypoints, VisitRound::Changed, seed, print)?;
+    Ok(quiet_visits)
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Round {
+enum VisitRound {
     Quiet,
     Changed,
 }
 
-fn teach(stage: &mut Stage, place: &Place) -> Result<TeachReply, Failure> {
-    stage.arrange(world(&place.before)?, stand(&place.before, None))?;
-    let mut tried = stage.ask("/teach", place.waypoint);
-    for _ in 1..TRIES {
-        if tried.is_ok() {
+fn teach(system: &mut DemoSystem, waypoint: &DemoWaypoint) -> Result<TeachReply, Failure> {
+    let world = build_world(&waypoint.before)?;
+    system.set_scene(world, robot_pose(&waypoint.before, None))?;
+    let mut reply = system.request("/teach", waypoint.name);
+    for _ in 1..MAX_ATTEMPTS {
+        if reply.is_ok() {
             break;
         }
-        stage.slow_down();
-        tried = stage.ask("/teach", place.waypoint);
+        system.slow_down();
+        reply = system.request("/teach", waypoint.name);
     }
-    tried
+    reply
 }
 
-fn round(
-    stage: &mut Stage,
-    places: &[Place],
-    round: Round,
+fn visit_all(
+    system: &mut DemoSystem,
+    waypoints: &[DemoWaypoint],
+    round: VisitRound,
     seed: u64,
-    say: &dyn Fn(&str) -> Result<(), Failure>,
+    print: &dyn Fn(&str) -> Result<(), Failure>,
 ) -> Result<Vec<VisitReply>, Failure> {
     let mut visits = Vec::new();
-    for (index, place) in places.iter().enumerate() {
-        let (scene, story) = match round {
-            Round::Quiet => (&place.before, ""),
-            Round::Changed => (&place.after, place.story),
+    for (index, waypoint) in waypoints.iter().enumerate() {
+        let (scene, change) = match round {
+            VisitRound::Quiet => (&waypoint.before, ""),
+            VisitRound::Changed => (&waypoint.after, waypoint.change),
         };
         let visit_seed =
-            seed.wrapping_mul(1000) + 10 * index as u64 + u64::from(round == Round::Changed);
-        stage.arrange(world(scene)?, stand(scene, Some(visit_seed)))?;
-        let visit = visit(stage, place.waypoint)?;
+            seed.wrapping_mul(1000) + 10 * index as u64 + u64::from(round == VisitRound::Changed);
+        system.set_scene(build_world(scene)?, robot_pose(scene, Some(visit_seed)))?;
+        let visit = visit(system, waypoint.name)?;
         let d_gmm = visit
             .d_gmm
             .map_or_else(|| "-".to_owned(), |d| format!("{d:.5} m"));
-        let because = if visit.verdict == "not_observed" {
+        let note = if visit.verdict == "not_observed" {
             visit.reason.as_str()
         } else {
-            story
+            change
         };
-        say(&format!(
-            "  {:<12} {:<12} d_GMM {d_gmm:<11} {because}",
+        print(&format!(
+            "  {:<12} {:<12} d_GMM {d_gmm:<11} {note}",
             visit.waypoint, visit.verdict
         ))?;
         visits.push(visit);
@@ -92,14 +84,14 @@ fn round(
     Ok(visits)
 }
 
-fn visit(stage: &mut Stage, waypoint: &str) -> Result<VisitReply, Failure> {
-    let mut visit: VisitReply = stage.ask("/visit", waypoint)?;
-    for _ in 1..TRIES {
+fn visit(system: &mut DemoSystem, waypoint: &str) -> Result<VisitReply, Failure> {
+    let mut visit: VisitReply = system.request("/visit", waypoint)?;
+    for _ in 1..MAX_ATTEMPTS {
         if visit.verdict != "not_observed" {
             break;
         }
-        stage.slow_down();
-        visit = stage.ask("/visit", waypoint)?;
+        system.slow_down();
+        visit = system.request("/visit", waypoint)?;
     }
     Ok(visit)
 }

@@ -1,82 +1,84 @@
-//! What truly came and went at a place, and whether a visit told exactly that.
+//! What truly changed at a waypoint, and which novelties match it.
 
-use super::building::{Place, world};
+use super::building::{DemoWaypoint, build_world};
 use crate::cli::failure::Failure;
 use nalgebra::{Point3, Vector3};
 use patrold_engine::report::NoveltyRecord;
-use patrold_sim::world::{MountGeometry, NoiseOptions, Robot, Scene, SweepRows, sample_view};
+use patrold_sim::world::{
+    MountGeometry, NoiseOptions, Scene, SimulatedRobot, SweepRows, simulate_sweep,
+};
 use serde::Serialize;
 
-/// Tilts of the demo's sweeps, degrees, and rows enough to see every thing.
-const TILTS_DEG: (f64, f64, usize) = (-35.0, 25.0, 121);
-/// A true change is told if a novelty of its kind lies so near, metres.
-const SAME_PLACE_M: f64 = 0.2;
-/// A shape is sane if its largest side is that of the thing seen, within this factor either way.
-const SANE_FACTOR: f64 = 1.6;
+/// Tilt range of the demo's sweeps, degrees, and a number of rows that sees every object.
+const TILT_ROWS: (f64, f64, usize) = (-35.0, 25.0, 121);
+/// A novelty matches a true change of its kind up to this distance of the centres, metres.
+const MAX_MATCH_DISTANCE_M: f64 = 0.2;
+/// A shape is sane if its largest side is that of the visible object within this factor.
+const MAX_SIZE_RATIO: f64 = 1.6;
 
-/// One thing that truly came or went.
+/// An object that appeared or disappeared.
 #[derive(Debug, Clone, Serialize)]
-pub struct Truth {
-    /// Its name in the scene.
+pub(super) struct TrueChange {
+    /// Name of the object in the scene.
     pub name: String,
-    /// appeared or disappeared.
+    /// `appeared` or `disappeared`.
     pub kind: &'static str,
-    /// Middle of what can be seen of it from the waypoint, metres, in the waypoint's reference frame.
-    pub place: [f64; 3],
-    /// Extent of what can be seen of it, metres.
+    /// Mean of its visible points, metres, in the frame of the waypoint's reference.
+    #[serde(rename = "place")]
+    pub centre: [f64; 3],
+    /// Extent of its visible points along x, y and z, metres.
     pub extent: [f64; 3],
 }
 
-/// A truth and what was told of it.
+/// A true change and the novelty that matches it.
 #[derive(Debug, Clone, Serialize)]
-pub struct Told {
-    /// The truth.
-    pub truth: Truth,
-    /// What was told, if anything near enough was.
+pub(super) struct ChangeMatch {
+    pub truth: TrueChange,
     pub novelty: Option<NoveltyRecord>,
-    /// How far off it was, metres.
+    /// Distance of the centres, metres.
     pub off_m: Option<f64>,
-    /// Whether its shape is about as large as the thing.
+    /// Whether the shape is about as large as the object.
     pub sane_shape: bool,
 }
 
-/// Everything that truly changed at a place and can be seen.
-///
-/// # Errors
-/// A scene does not build.
-pub fn of(place: &Place) -> Result<Vec<Truth>, Failure> {
-    let mut truths = Vec::new();
-    for change in place.after.changes_since(&place.before) {
-        for (there, scene, kind) in [
-            (change.before, &place.before, "disappeared"),
-            (change.after, &place.after, "appeared"),
+/// The changes at a waypoint that are visible from it.
+pub(super) fn true_changes(waypoint: &DemoWaypoint) -> Result<Vec<TrueChange>, Failure> {
+    let mut changes = Vec::new();
+    for change in waypoint.after.changes_since(&waypoint.before) {
+        for (object, scene, kind) in [
+            (change.before, &waypoint.before, "disappeared"),
+            (change.after, &waypoint.after, "appeared"),
         ] {
-            if there.is_some() {
-                truths.extend(seen(scene, &change.name, kind)?);
+            if object.is_some() {
+                changes.extend(visible_change(scene, &change.name, kind)?);
             }
         }
     }
-    Ok(truths)
+    Ok(changes)
 }
 
-/// The thing as an ideal laser sees it from the waypoint.
-fn seen(scene: &Scene, name: &str, kind: &'static str) -> Result<Option<Truth>, Failure> {
-    let world = world(scene)?;
-    let robot = Robot {
-        pose: scene.map_from_base,
+/// The object as an ideal laser sees it from the waypoint; `None` where it does not.
+fn visible_change(
+    scene: &Scene,
+    name: &str,
+    kind: &'static str,
+) -> Result<Option<TrueChange>, Failure> {
+    let world = build_world(scene)?;
+    let robot = SimulatedRobot {
+        map_from_base: scene.map_from_base,
         mount: MountGeometry::default(),
     };
-    let (from_deg, to_deg, rows) = TILTS_DEG;
+    let (from_deg, to_deg, rows) = TILT_ROWS;
     let rows = SweepRows::evenly(from_deg, to_deg, rows);
-    let sampled = sample_view(&world, &robot, &rows, &NoiseOptions::ideal());
+    let sweep = simulate_sweep(&world, &robot, &rows, &NoiseOptions::ideal());
     let Some(object) = world.object_named(name) else {
         return Ok(None);
     };
-    let points: Vec<Point3<f64>> = sampled
+    let points: Vec<Point3<f64>> = sweep
         .view
         .points
         .iter()
-        .zip(&sampled.objects)
+        .zip(&sweep.objects)
         .filter(|(_, hit)| **hit == object)
         .map(|(point, _)| *point)
         .collect();
@@ -89,39 +91,44 @@ fn seen(scene: &Scene, name: &str, kind: &'static str) -> Result<Option<Truth>, 
     let sum = points
         .iter()
         .fold(Vector3::zeros(), |sum, p| sum + p.coords);
-    Ok(Some(Truth {
+    Ok(Some(TrueChange {
         name: name.to_owned(),
         kind,
-        place: (sum / points.len() as f64).into(),
+        centre: (sum / points.len() as f64).into(),
         extent: (bounds.1 - bounds.0).into(),
     }))
 }
 
-/// Holds what was told against the truth: each truth with its novelty, and the novelties that tell of none.
-pub fn judge(truths: Vec<Truth>, told: &[NoveltyRecord]) -> (Vec<Told>, Vec<NoveltyRecord>) {
-    let mut left: Vec<NoveltyRecord> = told.to_vec();
-    let judged = truths
+/// Each change with the novelty that matches it, and the novelties that match none.
+pub(super) fn match_novelties(
+    changes: Vec<TrueChange>,
+    novelties: &[NoveltyRecord],
+) -> (Vec<ChangeMatch>, Vec<NoveltyRecord>) {
+    let mut unmatched: Vec<NoveltyRecord> = novelties.to_vec();
+    let matches = changes
         .into_iter()
-        .map(|truth| tell(truth, &mut left))
+        .map(|truth| take_match(truth, &mut unmatched))
         .collect();
-    (judged, left)
+    (matches, unmatched)
 }
 
-fn tell(truth: Truth, left: &mut Vec<NoveltyRecord>) -> Told {
-    let off_m = |n: &NoveltyRecord| (Point3::from(n.centre) - Point3::from(truth.place)).norm();
-    let nearest = (0..left.len())
-        .filter(|i| left[*i].kind == truth.kind && off_m(&left[*i]) <= SAME_PLACE_M)
-        .min_by(|a, b| off_m(&left[*a]).total_cmp(&off_m(&left[*b])));
-    let novelty = nearest.map(|i| left.remove(i));
+/// Takes the nearest novelty of the same kind out of `unmatched`.
+fn take_match(truth: TrueChange, unmatched: &mut Vec<NoveltyRecord>) -> ChangeMatch {
+    let off_m = |n: &NoveltyRecord| (Point3::from(n.centre) - Point3::from(truth.centre)).norm();
+    let is_candidate = |n: &NoveltyRecord| n.kind == truth.kind && off_m(n) <= MAX_MATCH_DISTANCE_M;
+    let nearest = (0..unmatched.len())
+        .filter(|i| is_candidate(&unmatched[*i]))
+        .min_by(|a, b| off_m(&unmatched[*a]).total_cmp(&off_m(&unmatched[*b])));
+    let novelty = nearest.map(|i| unmatched.remove(i));
     let largest = |sides: [f64; 3]| sides.into_iter().fold(0.0, f64::max);
     let sane_shape = novelty
         .as_ref()
         .and_then(|n| n.shape.as_ref())
         .is_some_and(|shape| {
             let ratio = largest(shape.size) / largest(truth.extent);
-            (1.0 / SANE_FACTOR..=SANE_FACTOR).contains(&ratio)
+            (1.0 / MAX_SIZE_RATIO..=MAX_SIZE_RATIO).contains(&ratio)
         });
-    Told {
+    ChangeMatch {
         off_m: novelty.as_ref().map(off_m),
         novelty,
         sane_shape,
@@ -131,18 +138,18 @@ fn tell(truth: Truth, left: &mut Vec<NoveltyRecord>) -> Told {
 
 #[cfg(test)]
 mod tests {
-    use super::{judge, of};
-    use crate::cli::demo::building::places;
+    use super::{match_novelties, true_changes};
+    use crate::cli::demo::building::demo_waypoints;
 
     #[test]
-    fn the_building_has_a_visible_change_at_every_place() {
+    fn every_waypoint_has_a_visible_change() {
         let mut kinds = Vec::new();
-        for place in places().expect("the shipped scenes") {
-            let truths = of(&place).expect("builds");
-            assert!(!truths.is_empty(), "{}", place.waypoint);
-            kinds.extend(truths.iter().map(|t| t.kind));
-            let (told, stray) = judge(truths, &[]);
-            assert!(told.iter().all(|t| t.novelty.is_none()) && stray.is_empty());
+        for waypoint in demo_waypoints().expect("the shipped scenes") {
+            let changes = true_changes(&waypoint).expect("builds");
+            assert!(!changes.is_empty(), "{}", waypoint.name);
+            kinds.extend(changes.iter().map(|c| c.kind));
+            let (matches, stray) = match_novelties(changes, &[]);
+            assert!(matches.iter().all(|m| m.novelty.is_none()) && stray.is_empty());
         }
         assert!(kinds.contains(&"appeared") && kinds.contains(&"disappeared"));
     }

@@ -1,21 +1,21 @@
-//! The command itself: which pairs, judged how, on how many threads.
+//! The command: which pairs, which engine and input, on how many threads.
 
-use super::tell;
-use crate::cli::failure::{DONE, Failure, Outcome as Ended};
-use crate::cli::{files, output, progress};
+use super::report::EvaluateReport;
+use crate::cli::experiment::{RunClock, by_name, create_folder, write_report};
+use crate::cli::failure::{CommandResult, DONE, Failure};
+use crate::cli::{files, output, progress, value_parsers};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
+use patrold_engine::inspect::{Engine, EngineSettings};
 use patrold_lab::evaluate::{
-    Amounts, Change, Engine, Entry, Given, Kind, Outcome, Pair, Planned, Sensor, Set, dump, judge,
-    plan, score,
+    ChangeClass, EngineInput, ManifestEntry, PairCounts, PairPlan, PairScore, PairSet, PlaceKind,
+    SensorKind, SimulatedPair, dump, plan, run_engine, score,
 };
 use serde_json::json;
-use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
-/// Arguments of `evaluate`.
 #[derive(Debug, Args)]
-pub struct EvaluateArgs {
+pub(crate) struct EvaluateArgs {
     /// Quiet pairs; as many large changes and a third as many balls, in equal parts; a sixth of it all again for held-out
     /// places and for the held-out sensor
     #[arg(long, value_name = "N", default_value_t = 300)]
@@ -24,27 +24,27 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Which engine
-    #[arg(long, value_enum, default_value_t = EngineArg::Standard)]
-    engine: EngineArg,
-    /// What the engine is given: points alone, or all that a sweep of our own knows
-    #[arg(long, value_enum, default_value_t = ViewArg::Both)]
-    view: ViewArg,
+    #[arg(long, default_value = Engine::Standard.as_str(), value_parser = engine_choice())]
+    engine: EngineChoice,
+    /// Input of the engine: points alone, or all that a sweep of our own has
+    #[arg(long, value_enum, default_value_t = EngineInputArg::Both)]
+    view: EngineInputArg,
     /// Only pairs in such a place (may be repeated)
     #[arg(long, value_name = "NAME", value_parser = place)]
-    place: Vec<Kind>,
+    place: Vec<PlaceKind>,
     /// Only pairs with such a sensor (may be repeated)
     #[arg(long, value_name = "NAME", value_parser = sensor)]
-    sensor: Vec<Sensor>,
+    sensor: Vec<SensorKind>,
     /// Only such pairs
     #[arg(long, value_enum)]
-    only: Option<OnlyArg>,
+    only: Option<PairGroupArg>,
     /// Only pairs that nothing is tuned on
     #[arg(long)]
     held_out: bool,
     /// Exactly this pair, as --list-misses names it (may be repeated)
     #[arg(long, value_name = "NAME", value_parser = pair, visible_alias = "only-index")]
-    pair: Vec<Planned>,
-    /// Pairs at a time [default: one for each core]; times mean something with 1 alone
+    pair: Vec<PairPlan>,
+    /// Pairs at a time [default: one for each core]; times are meaningful with 1 alone
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
     /// Write every pair here as clouds and labels, with a manifest that `compare --manifest` reads
@@ -58,28 +58,31 @@ pub struct EvaluateArgs {
     json: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum EngineArg {
-    /// patrold's own
-    Standard,
-    /// The published recipe
-    Paper,
-    /// One after the other
-    Both,
+#[derive(Debug, Clone)]
+struct EngineChoice(Vec<Engine>);
+
+/// Reads the name of an engine, or `both`.
+fn engine_choice() -> impl TypedValueParser<Value = EngineChoice> {
+    let both = PossibleValue::new("both").help("One after the other");
+    let names = value_parsers::engine_values().into_iter().chain([both]);
+    PossibleValuesParser::new(names).map(|name| match name.parse() {
+        Ok(engine) => EngineChoice(vec![engine]),
+        Err(_) => EngineChoice(Engine::ALL.to_vec()),
+    })
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ViewArg {
-    /// Points alone, as `compare` has them
+enum EngineInputArg {
+    /// Points alone, as in `compare`
     Bare,
-    /// Also where nothing came back, and how noisy ranges are
+    /// Also empty directions and the noise of ranges
     Sweep,
     /// One after the other
     Both,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum OnlyArg {
+enum PairGroupArg {
     /// Nothing changed
     Quiet,
     /// Something changed, balls aside
@@ -88,141 +91,139 @@ enum OnlyArg {
     Balls,
 }
 
-fn one_of<T: Copy>(all: &[T], word: impl Fn(T) -> &'static str, text: &str) -> Result<T, String> {
-    let words = || all.iter().map(|t| word(*t)).collect::<Vec<_>>().join(", ");
-    let found = all.iter().copied().find(|t| word(*t) == text);
-    found.ok_or_else(|| format!("expected one of: {}", words()))
+fn place(text: &str) -> Result<PlaceKind, String> {
+    by_name(
+        &PlaceKind::all().collect::<Vec<_>>(),
+        PlaceKind::as_str,
+        text,
+    )
 }
 
-fn place(text: &str) -> Result<Kind, String> {
-    one_of(&Kind::all().collect::<Vec<_>>(), Kind::word, text)
+fn sensor(text: &str) -> Result<SensorKind, String> {
+    by_name(
+        &SensorKind::all().collect::<Vec<_>>(),
+        SensorKind::as_str,
+        text,
+    )
 }
 
-fn sensor(text: &str) -> Result<Sensor, String> {
-    one_of(&Sensor::all().collect::<Vec<_>>(), Sensor::word, text)
-}
-
-fn pair(text: &str) -> Result<Planned, String> {
-    Planned::named(text).ok_or_else(|| "expected a class and a number, such as quiet-17".to_owned())
+fn pair(text: &str) -> Result<PairPlan, String> {
+    PairPlan::from_name(text)
+        .ok_or_else(|| "expected a class and a number, such as quiet-17".to_owned())
 }
 
 impl EvaluateArgs {
-    fn pairs(&self) -> Vec<Planned> {
+    fn plan(&self) -> Vec<PairPlan> {
         if !self.pair.is_empty() {
             return self.pair.clone();
         }
-        let amounts = |n: usize| Amounts {
+        let counts = |n: usize| PairCounts {
             quiet: n,
-            large: n.div_ceil(Change::LARGE.len()),
-            balls: n.div_ceil(3 * Change::BALLS.len()),
+            large: n.div_ceil(ChangeClass::LARGE.len()),
+            balls: n.div_ceil(3 * ChangeClass::BALLS.len()),
         };
-        let held_out = amounts(self.pairs / 6);
-        let wanted = |p: &Planned| {
-            let of_class = match self.only {
+        let held_out = counts(self.pairs / 6);
+        let selected = |p: &PairPlan| {
+            let of_group = match self.only {
                 None => true,
-                Some(OnlyArg::Quiet) => p.change == Change::Quiet,
-                Some(OnlyArg::Changed) => Change::LARGE.contains(&p.change),
-                Some(OnlyArg::Balls) => p.change.ball().is_some(),
+                Some(PairGroupArg::Quiet) => p.change == ChangeClass::Quiet,
+                Some(PairGroupArg::Changed) => ChangeClass::LARGE.contains(&p.change),
+                Some(PairGroupArg::Balls) => p.change.ball().is_some(),
             };
-            of_class
+            of_group
                 && (self.place.is_empty() || self.place.contains(&p.place))
                 && (self.sensor.is_empty() || self.sensor.contains(&p.sensor))
-                && (!self.held_out || p.set != Set::Tuned)
+                && (!self.held_out || p.set != PairSet::Tuned)
         };
-        plan([amounts(self.pairs), held_out, held_out])
+        plan([counts(self.pairs), held_out, held_out])
             .into_iter()
-            .filter(wanted)
+            .filter(selected)
             .collect()
     }
 
-    fn ways(&self) -> Vec<(Engine, Given)> {
-        let engines = match self.engine {
-            EngineArg::Standard => vec![Engine::Standard],
-            EngineArg::Paper => vec![Engine::Paper],
-            EngineArg::Both => vec![Engine::Standard, Engine::Paper],
+    /// Engines and inputs with which every pair is judged.
+    fn runs(&self) -> Vec<(Engine, EngineInput)> {
+        let inputs = match self.view {
+            EngineInputArg::Bare => vec![EngineInput::Bare],
+            EngineInputArg::Sweep => vec![EngineInput::Sweep],
+            EngineInputArg::Both => vec![EngineInput::Bare, EngineInput::Sweep],
         };
-        let views = match self.view {
-            ViewArg::Bare => vec![Given::Bare],
-            ViewArg::Sweep => vec![Given::Sweep],
-            ViewArg::Both => vec![Given::Bare, Given::Sweep],
-        };
-        let with = |e: &Engine| views.iter().map(|v| (*e, *v)).collect::<Vec<_>>();
-        engines.iter().flat_map(with).collect()
+        let with = |e: &Engine| inputs.iter().map(|i| (*e, *i)).collect::<Vec<_>>();
+        self.engine.0.iter().flat_map(with).collect()
     }
 }
 
-/// Runs `evaluate`.
-pub fn run(args: &EvaluateArgs) -> Ended {
-    let pairs = args.pairs();
-    if pairs.is_empty() {
+pub(crate) fn run(args: &EvaluateArgs) -> CommandResult {
+    let plan = args.plan();
+    if plan.is_empty() {
         return Err(Failure::Usage(
             "no pair is left by --place, --sensor, --only and --held-out; ask for more --pairs"
                 .to_owned(),
         ));
     }
-    let run = Run {
+    let evaluation = Evaluation {
         seed: args.seed,
-        ways: args.ways(),
+        runs: args.runs(),
         folder: args.dump.as_deref(),
+        clock: RunClock::start(),
     };
-    if let Some(folder) = run.folder {
-        fs::create_dir_all(folder).map_err(|error| files::named(folder, error))?;
+    if let Some(folder) = evaluation.folder {
+        create_folder(folder)?;
     }
-    let began = Instant::now();
-    let clock = || began.elapsed().as_secs_f64() * 1e3;
-    let done = progress::over(&pairs, "pairs", args.threads, |planned| {
-        run.one(planned, &clock)
-    })?;
-    let (mut outcomes, mut entries) = (Vec::new(), Vec::new());
-    for (judged, entry) in done {
-        outcomes.extend(judged);
+    let done = progress::map_parallel(&plan, "pairs", args.threads, |pair| evaluation.judge(pair))?;
+    let (mut scores, mut entries) = (Vec::new(), Vec::new());
+    for (own, entry) in done {
+        scores.extend(own);
         entries.extend(entry);
     }
-    if let Some(folder) = run.folder {
+    if let Some(folder) = evaluation.folder {
         let manifest = serde_json::to_vec_pretty(&json!({"seed": args.seed, "pairs": entries}));
         files::write(
             &folder.join("manifest.json"),
             &manifest.map_err(Failure::failed)?,
         )?;
     }
-    let report = tell::Report::new(&outcomes, args.seed, pairs.len(), clock() / 1e3);
-    if args.json {
-        output::json(&report)?;
-    } else {
-        output::line(report.prose(args.threads == 1))?;
-        if args.list_misses {
-            output::line(report.misses())?;
-        }
+    let seconds = evaluation.clock.seconds();
+    let report = EvaluateReport::new(&scores, args.seed, plan.len(), seconds);
+    write_report(&report, || report.tables(args.threads == 1), args.json)?;
+    if args.list_misses && !args.json {
+        output::line(report.misses())?;
     }
     Ok(DONE)
 }
 
-/// What came of a pair: what it was judged in each way, and its entry where it was kept.
-type Done = (Vec<Outcome>, Option<Entry>);
+/// The scores of a pair in all runs, and its manifest entry if it was dumped.
+type PairResult = (Vec<PairScore>, Option<ManifestEntry>);
 
-/// What is done with every pair.
-struct Run<'a> {
+/// What is the same for all pairs.
+struct Evaluation<'a> {
     seed: u64,
-    ways: Vec<(Engine, Given)>,
+    runs: Vec<(Engine, EngineInput)>,
     folder: Option<&'a Path>,
+    clock: RunClock,
 }
 
-impl Run<'_> {
-    fn one(&self, planned: &Planned, clock: &(dyn Fn() -> f64 + Sync)) -> Result<Done, Failure> {
-        let pair = Pair::take(planned, self.seed).map_err(Failure::failed)?;
-        let entry = self.folder.map(|folder| keep(&pair, folder)).transpose()?;
-        let judged = self.ways.iter().map(|(engine, given)| {
-            let named = |error| Failure::Failed(format!("pair {}: {error}", planned.name()));
-            let judged = judge(&pair, *given, &engine.settings(), clock).map_err(named)?;
-            Ok(score(&pair, *engine, *given, &judged))
+impl Evaluation<'_> {
+    fn judge(&self, plan: &PairPlan) -> Result<PairResult, Failure> {
+        let pair = SimulatedPair::simulate(plan, self.seed).map_err(Failure::failed)?;
+        let entry = self
+            .folder
+            .map(|folder| write_pair(&pair, folder))
+            .transpose()?;
+        let clock = || self.clock.millis();
+        let scores = self.runs.iter().map(|(engine, input)| {
+            let named = |error| Failure::Failed(format!("pair {}: {error}", plan.name()));
+            let settings = EngineSettings::for_engine(*engine).novelty;
+            let answer = run_engine(&pair, *input, &settings, &clock).map_err(named)?;
+            Ok(score(&pair, *engine, *input, &answer))
         });
-        Ok((judged.collect::<Result<_, Failure>>()?, entry))
+        Ok((scores.collect::<Result<_, Failure>>()?, entry))
     }
 }
 
-fn keep(pair: &Pair, folder: &Path) -> Result<Entry, Failure> {
-    let (entry, written) = dump(pair);
-    for (name, bytes) in written {
+fn write_pair(pair: &SimulatedPair, folder: &Path) -> Result<ManifestEntry, Failure> {
+    let (entry, pair_files) = dump(pair);
+    for (name, bytes) in pair_files {
         files::write(&folder.join(name), &bytes)?;
     }
     Ok(entry)

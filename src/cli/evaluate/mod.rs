@@ -1,6 +1,6 @@
 //! `patrold evaluate`: how often the engine is right, on hundreds of simulated pairs.
 
 mod command;
-mod tell;
+mod report;
 
-pub use command::{EvaluateArgs, run};
+pub(crate) use command::{EvaluateArgs, run};

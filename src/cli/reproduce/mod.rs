@@ -1,9 +1,10 @@
-//! `patrold reproduce table1|table2`: the paper's tables beside ours.
+//! `patrold reproduce`: the tables and figures of the paper beside ours.
 
 mod command;
-mod figures;
-mod numbers;
+mod figure_numbers;
+mod figure_svg;
+mod plan;
 mod projection;
-mod tell;
+mod report;
 
-pub use command::{ReproduceArgs, run};
+pub(crate) use command::{ReproduceArgs, run};

@@ -1,32 +1,30 @@
-//! From places to pixels: a parallel projection from behind, above and to the right of the sensor.
+//! From points to pixels: a parallel projection from behind, above and to the right of the sensor.
 
 use nalgebra::{Point3, Vector3};
+use patrold_lab::reproduce::Polyline;
 use plotters::prelude::RGBColor;
 
-/// Which way the picture looks, degrees: to the left of ahead, and down.
-const LOOK_DEG: [f64; 2] = [25.0, 25.0];
+/// Direction of view, degrees: to the left of ahead, and down.
+const VIEW_DEG: [f64; 2] = [25.0, 25.0];
 
-/// Colour and width of lines, or of points.
+/// Style of lines, or of points.
 #[derive(Debug, Clone, Copy)]
-pub struct Style {
-    /// Colour.
+pub(super) struct LineStyle {
     pub colour: RGBColor,
     /// Width of a line, radius of a point, pixels.
     pub width: u32,
 }
 
-/// Lines of one style, metres; a line of one place is a point.
+/// Lines of one style, metres; a line of one point is a dot.
 #[derive(Debug, Clone)]
-pub struct Drawn {
-    /// The lines.
-    pub lines: Vec<Vec<Point3<f64>>>,
-    /// Their style.
-    pub style: Style,
+pub(super) struct StyledLines {
+    pub lines: Vec<Polyline>,
+    pub style: LineStyle,
 }
 
-/// The part of the projection that a panel shows.
+/// The projection of one panel.
 #[derive(Debug, Clone, Copy)]
-pub struct Frame {
+pub(super) struct PanelProjection {
     right: Vector3<f64>,
     up: Vector3<f64>,
     middle: [f64; 2],
@@ -34,10 +32,10 @@ pub struct Frame {
     size: [f64; 2],
 }
 
-impl Frame {
-    /// As large as a panel of `size` pixels allows; `None` of nothing.
-    pub fn around(drawn: &[Drawn], size: (u32, u32)) -> Option<Self> {
-        let [left, down] = LOOK_DEG.map(f64::to_radians);
+impl PanelProjection {
+    /// The largest in which all lines fit into a panel of `size` pixels; `None` without lines.
+    pub fn fitting(drawn: &[StyledLines], size: (u32, u32)) -> Option<Self> {
+        let [left, down] = VIEW_DEG.map(f64::to_radians);
         let ahead = Vector3::new(
             down.cos() * left.cos(),
             down.cos() * left.sin(),
@@ -66,7 +64,7 @@ impl Frame {
         })
     }
 
-    /// Where `p` is drawn: from the left, from the top.
+    /// Pixels from the left and from the top.
     pub fn pixel(&self, p: &Point3<f64>) -> (i32, i32) {
         let at = [p.coords.dot(&self.right), p.coords.dot(&self.up)];
         let from_middle = [0, 1].map(|k| (at[k] - self.middle[k]) * self.pixels_per_m);
@@ -79,27 +77,27 @@ impl Frame {
 
 #[cfg(test)]
 mod tests {
-    use super::{Drawn, Frame, Style};
+    use super::{LineStyle, PanelProjection, StyledLines};
     use nalgebra::Point3;
     use plotters::prelude::BLACK;
 
     #[test]
-    fn everything_drawn_lies_in_the_panel_and_up_is_up() {
+    fn all_lines_lie_in_the_panel_and_up_is_up() {
         let points = [[0.0, 0.0, 0.0], [4.0, -1.0, 2.0], [2.0, 1.5, -0.5]].map(Point3::from);
-        let drawn = [Drawn {
+        let drawn = [StyledLines {
             lines: vec![points.to_vec()],
-            style: Style {
+            style: LineStyle {
                 colour: BLACK,
                 width: 1,
             },
         }];
-        let frame = Frame::around(&drawn, (300, 200)).expect("a frame");
+        let projection = PanelProjection::fitting(&drawn, (300, 200)).expect("lines");
         for p in &points {
-            let (x, y) = frame.pixel(p);
+            let (x, y) = projection.pixel(p);
             assert!((0..=300).contains(&x) && (0..=200).contains(&y), "{x} {y}");
         }
-        let [foot, head] = [0.0, 1.0].map(|z| frame.pixel(&Point3::new(1.0, 0.0, z)));
+        let [foot, head] = [0.0, 1.0].map(|z| projection.pixel(&Point3::new(1.0, 0.0, z)));
         assert!(foot.0 == head.0 && head.1 < foot.1);
-        assert!(Frame::around(&[], (10, 10)).is_none());
+        assert!(PanelProjection::fitting(&[], (10, 10)).is_none());
     }
 }

@@ -1,11 +1,11 @@
-//! What the twins hide is found: mount, time offset and backlash from sweeps of the shipped rooms.
+//! Calibration finds the hidden mount, time offset and backlash of emulated robots from sweeps of the shipped scenes.
 
-use super::bench::Bench;
+use super::rig::TestRig;
 use crate::config::SweepMode;
 use crate::devices::calibration_plan::calibration_requests;
 use patrold_engine::geometry::RollPitchYaw;
 use patrold_engine::sweep::{
-    Calibration, Estimate, Parameter, RawSweep, calibrate, calibration_beams,
+    Calibration, CalibrationParameter, ParameterEstimate, RawSweep, calibrate, calibration_beams,
 };
 use patrold_sim::emulator::{Emulation, EmulationOptions};
 use rand::{RngExt, SeedableRng};
@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 /// Half a step of a D46-17, radians.
 const HALF_STEP_RAD: f64 = 185.1428 / 3600.0 * std::f64::consts::PI / 180.0;
 
-/// What a robot hides.
+/// True parameters of an emulated robot, to be found.
 #[derive(Debug, Clone, Copy)]
 struct Hidden {
     rpy_deg: [f64; 3],
@@ -37,51 +37,53 @@ fn options(seed: u64, hidden: Hidden) -> EmulationOptions {
     options
 }
 
-fn sweeps(bench: &mut Bench, pans: bool) -> Vec<RawSweep> {
-    let request = Bench::request(SweepMode::Continuous);
+fn sweeps(rig: &mut TestRig, pans: bool) -> Vec<RawSweep> {
+    let request = TestRig::request(SweepMode::Continuous);
     calibration_requests(&request, pans)
         .iter()
-        .map(|request| bench.sweep(request, |_, _, _| {}).expect("a sweep"))
+        .map(|request| rig.sweep(request, |_, _, _| {}).expect("a sweep"))
         .collect()
 }
 
-/// The leg at the middle pan alone.
+/// Only the segments at the middle pan.
 fn at_middle_pan(sweep: &RawSweep) -> RawSweep {
     let mut sweep = sweep.clone();
-    sweep.legs.retain(|leg| leg.pan_rad.abs() < 0.1);
+    sweep
+        .pan_segments
+        .retain(|segment| segment.pan_rad.abs() < 0.1);
     sweep
 }
 
-/// The time offset in truth, seconds: what separates the tilt that clock and polls tell for a beam from the tilt that the
-/// head had when the mirror truly passed, over the tilt's speed.
+/// The true time offset, seconds: difference of the tilt of a beam by clock and polls and the true tilt when the mirror
+/// passed, divided by the tilt speed.
 fn true_time_offset_s(emulation: &Emulation, sweeps: &[RawSweep], hidden: Hidden) -> f64 {
     let beams = calibration_beams(sweeps).expect("beams");
-    let legs: Vec<_> = sweeps
+    let segments: Vec<_> = sweeps
         .iter()
-        .flat_map(|s| s.legs.iter().map(move |leg| (s, leg)))
+        .flat_map(|s| s.pan_segments.iter().map(move |segment| (s, segment)))
         .collect();
     let backlash_rad = hidden.backlash_half_steps * HALF_STEP_RAD;
     let mut offsets = Vec::new();
-    for scan in beams.chunk_by(|a, b| (a.leg, a.scan) == (b.leg, b.scan)) {
+    for scan in beams.chunk_by(|a, b| (a.pan_segment, a.scan) == (b.pan_segment, b.scan)) {
         let beam = &scan[0];
-        let (sweep, leg) = legs[beam.leg];
-        let optics = &sweep.optics;
+        let (sweep, segment) = segments[beam.pan_segment];
+        let geometry = &sweep.scan_geometry;
         // Data follow step 768 of the turn.
-        let begun_by_s = leg.scans[beam.scan].arrived_s - 0.074;
-        let turns = emulation.turns();
+        let begun_by_s = segment.scans[beam.scan].arrived_s - 0.074;
+        let turns = emulation.revolutions();
         let at = turns.partition_point(|(start, _)| start.as_secs_f64() <= begun_by_s);
         let (_, ahead_rad) = turns[at - 1];
-        let shares = optics.turn_share(340) - optics.turn_share(beam.index);
-        let told_rad = beam.tilt_rad + beam.speed_rad_s * shares * 0.0998;
-        let true_rad = ahead_rad + beam.way * backlash_rad / 2.0;
+        let shares = geometry.turn_share(340) - geometry.turn_share(beam.index);
+        let measured_rad = beam.tilt_rad + beam.speed_rad_s * shares * 0.0998;
+        let true_rad = ahead_rad + beam.travel_direction * backlash_rad / 2.0;
         if beam.speed_rad_s.abs() > 0.2 {
-            offsets.push((true_rad - told_rad) / beam.speed_rad_s);
+            offsets.push((true_rad - measured_rad) / beam.speed_rad_s);
         }
     }
     offsets.iter().sum::<f64>() / offsets.len() as f64
 }
 
-fn estimate(calibration: &Calibration, parameter: Parameter) -> Estimate {
+fn estimate(calibration: &Calibration, parameter: CalibrationParameter) -> ParameterEstimate {
     let found = calibration
         .estimates
         .iter()
@@ -98,20 +100,20 @@ fn errors(calibration: &Calibration, hidden: Hidden, time_s: f64) -> [(f64, f64)
     let deg = 1f64.to_degrees();
     let [roll, pitch, yaw] = hidden.rpy_deg.map(f64::to_radians);
     [
-        of(Parameter::Roll, roll, deg),
-        of(Parameter::Pitch, pitch, deg),
-        of(Parameter::Yaw, yaw, deg),
-        of(Parameter::TimeOffset, time_s, 1e3),
+        of(CalibrationParameter::Roll, roll, deg),
+        of(CalibrationParameter::Pitch, pitch, deg),
+        of(CalibrationParameter::Yaw, yaw, deg),
+        of(CalibrationParameter::TimeOffset, time_s, 1e3),
         of(
-            Parameter::Backlash,
+            CalibrationParameter::Backlash,
             hidden.backlash_half_steps * HALF_STEP_RAD,
             deg,
         ),
     ]
 }
 
-/// The shipped rooms, each with a robot awry in another way.
-const AWRY: [(&str, Hidden); 3] = [
+/// The shipped scenes, each with a differently misaligned robot.
+const MISALIGNED: [(&str, Hidden); 3] = [
     (
         "storeroom.toml",
         Hidden {
@@ -143,36 +145,35 @@ const AWRY: [(&str, Hidden); 3] = [
 
 const NAMES: [&str; 5] = ["roll", "pitch", "yaw", "tau ms", "backlash"];
 
-/// Errors and standard deviations of a calibration by three pans; what one pan alone gives goes to `poor`.
+/// Errors and standard deviations of a calibration with three pans; `check_one_pan` gets the calibration with one pan.
 fn found_in(
     scene: &str,
     seed: u64,
     hidden: Hidden,
-    poor: impl FnOnce(&Calibration),
+    check_one_pan: impl FnOnce(&Calibration),
 ) -> [(f64, f64); 5] {
-    let mut bench = Bench::ready_in(options(seed, hidden), scene);
-    bench.emulation.record_turns();
-    let sweeps = sweeps(&mut bench, true);
-    let time_s = true_time_offset_s(&bench.emulation, &sweeps, hidden);
+    let mut rig = TestRig::ready_in_scene(options(seed, hidden), scene);
+    rig.emulation.record_revolutions();
+    let sweeps = sweeps(&mut rig, true);
+    let time_s = true_time_offset_s(&rig.emulation, &sweeps, hidden);
     let found =
         calibrate(&sweeps, None).unwrap_or_else(|e| panic!("{scene} {seed} {hidden:?}: {e}"));
     let middle: Vec<RawSweep> = sweeps.iter().map(at_middle_pan).collect();
-    poor(&calibrate(&middle, None).expect("calibrates"));
+    check_one_pan(&calibrate(&middle, None).expect("calibrates"));
     errors(&found, hidden, time_s)
 }
 
-/// Angles within 0.05 deg and the time offset within 0.3 ms: what a sweep needs to be better than its noise.
+/// Angles within 0.05 deg and the time offset within 0.3 ms: less than the noise of a sweep.
 fn assert_found(which: usize) {
-    let (scene, hidden) = AWRY[which];
-    let errors = found_in(scene, 1 + which as u64, hidden, |poor| {
-        let pitch = estimate(poor, Parameter::Pitch);
+    let (scene, hidden) = MISALIGNED[which];
+    let errors = found_in(scene, 1 + which as u64, hidden, |one_pan| {
+        let pitch = estimate(one_pan, CalibrationParameter::Pitch);
         assert!(!pitch.observable, "{pitch:?}");
     });
-    for ((name, (error, sigma)), most) in
-        NAMES.iter().zip(errors).zip([0.05, 0.05, 0.05, 0.3, 0.05])
+    for ((name, (error, sigma)), max) in NAMES.iter().zip(errors).zip([0.05, 0.05, 0.05, 0.3, 0.05])
     {
         eprintln!("{scene} {name}: error {error:+.4}, sigma {sigma:.4}");
-        assert!(error.abs() < most, "{scene} {name}: {error}");
+        assert!(error.abs() < max, "{scene} {name}: {error}");
     }
 }
 
@@ -187,22 +188,22 @@ fn mount_time_and_backlash_hidden_in_the_office_are_found() {
 }
 
 #[test]
-#[ignore = "half a minute; a third room, as the two above"]
+#[ignore = "half a minute; a third scene, as the two above"]
 fn mount_time_and_backlash_hidden_in_the_corridor_are_found() {
     assert_found(2);
 }
 
-/// Robots awry by chance in all rooms: every one within the same bounds, and 95 % intervals that hold the truth.
+/// Randomly misaligned robots in all scenes: all within the same bounds, and the 95 % intervals contain the truth.
 #[test]
 #[ignore = "ten minutes"]
 fn stated_uncertainties_hold_the_truth_of_many_robots() {
     let robots = 8;
-    let mut held = [0; 5];
+    let mut contained = [0; 5];
     let mut worst = [0.0_f64; 5];
-    for (scene, _) in AWRY {
+    for (scene, _) in MISALIGNED {
         for seed in 100..100 + robots {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let mut between = |most: f64| rng.random_range(-most..=most);
+            let mut between = |max: f64| rng.random_range(-max..=max);
             let hidden = Hidden {
                 rpy_deg: [between(2.0), between(2.0), between(2.0)],
                 stamp_offset_ms: between(10.0),
@@ -212,20 +213,23 @@ fn stated_uncertainties_hold_the_truth_of_many_robots() {
             let errors = found_in(scene, seed, hidden, |_| ());
             eprintln!("{scene} {seed}: {errors:.4?}");
             for (i, (error, sigma)) in errors.into_iter().enumerate() {
-                held[i] += usize::from(error.abs() <= 1.96 * sigma);
+                contained[i] += usize::from(error.abs() <= 1.96 * sigma);
                 worst[i] = worst[i].max(error.abs());
             }
         }
     }
-    let all = AWRY.len() * robots as usize;
-    eprintln!("held of {all}: {NAMES:?} {held:?}; worst errors {worst:.4?}");
-    for (name, (worst, most)) in NAMES
+    let all = MISALIGNED.len() * robots as usize;
+    eprintln!("contained of {all}: {NAMES:?} {contained:?}; worst errors {worst:.4?}");
+    for (name, (worst, max)) in NAMES
         .iter()
         .zip(worst.into_iter().zip([0.05, 0.05, 0.05, 0.3, 0.05]))
     {
-        assert!(worst < most, "{name}: {worst}");
+        assert!(worst < max, "{name}: {worst}");
     }
-    for (name, held) in NAMES.iter().zip(held) {
-        assert!(held as f64 >= 0.85 * all as f64, "{name}: {held} of {all}");
+    for (name, contained) in NAMES.iter().zip(contained) {
+        assert!(
+            contained as f64 >= 0.85 * all as f64,
+            "{name}: {contained} of {all}"
+        );
     }
 }

@@ -1,6 +1,6 @@
-//! Whole sweeps of a room whose walls are known.
+//! Complete sweeps of a room with known walls.
 
-use super::bench::Bench;
+use super::rig::TestRig;
 use crate::config::SweepMode;
 use patrold_engine::sweep::{Sweep, assemble};
 use patrold_sim::emulator::EmulationOptions;
@@ -23,7 +23,7 @@ fn wall_distances(sweep: &Sweep) -> Vec<f64> {
     distances
 }
 
-struct Figures {
+struct SweepErrors {
     median_mm: f64,
     p99_mm: f64,
     rms_mm: f64,
@@ -31,23 +31,23 @@ struct Figures {
     sweep: Sweep,
 }
 
-fn take(options: EmulationOptions, mode: SweepMode, pans: &[f64], reverse: bool) -> Figures {
-    let mut bench = Bench::ready(options);
-    let mut request = Bench::request(mode);
+fn take(options: EmulationOptions, mode: SweepMode, pans: &[f64], reverse: bool) -> SweepErrors {
+    let mut rig = TestRig::ready(options);
+    let mut request = TestRig::request(mode);
     request.pans_rad = pans.to_vec();
     if reverse {
         std::mem::swap(&mut request.tilt_from_rad, &mut request.tilt_to_rad);
     }
-    let started = bench.now;
-    let raw = bench.sweep(&request, |_, _, _| {}).expect("a sweep");
-    let seconds = (bench.now - started).as_secs_f64();
-    assert!(!bench.emulation.laser_on() && !bench.emulation.head_moving());
+    let started = rig.now;
+    let raw = rig.sweep(&request, |_, _, _| {}).expect("a sweep");
+    let seconds = (rig.now - started).as_secs_f64();
+    assert!(!rig.emulation.laser_on() && !rig.emulation.head_moving());
     let sweep = assemble(&raw).expect("assembles");
     assert_eq!(sweep.quality.fault(0.05), None, "{:?}", sweep.quality);
     let distances = wall_distances(&sweep);
     let at = |share: f64| 1e3 * distances[(share * (distances.len() - 1) as f64) as usize];
     let squares: f64 = distances.iter().map(|d| d * d).sum();
-    let figures = Figures {
+    let errors = SweepErrors {
         median_mm: at(0.5),
         p99_mm: at(0.99),
         rms_mm: 1e3 * (squares / distances.len() as f64).sqrt(),
@@ -56,14 +56,14 @@ fn take(options: EmulationOptions, mode: SweepMode, pans: &[f64], reverse: bool)
     };
     eprintln!(
         "{mode:?} {pans:?} reverse {reverse}: {} points, median {:.2} mm, p99 {:.2}, rms {:.2}, {:.1} s, {:?}",
-        figures.sweep.view.points.len(),
-        figures.median_mm,
-        figures.p99_mm,
-        figures.rms_mm,
-        figures.seconds,
-        figures.sweep.quality
+        errors.sweep.view.points.len(),
+        errors.median_mm,
+        errors.p99_mm,
+        errors.rms_mm,
+        errors.seconds,
+        errors.sweep.quality
     );
-    figures
+    errors
 }
 
 fn ideal() -> EmulationOptions {
@@ -80,20 +80,20 @@ fn without_noise_the_points_lie_on_the_walls_in_both_modes_and_both_ways() {
         (SweepMode::Continuous, true),
         (SweepMode::Step, false),
     ] {
-        let figures = take(ideal(), mode, &[0.0], reverse);
+        let errors = take(ideal(), mode, &[0.0], reverse);
         // Ranges come in whole millimetres; a count of the head is 0.9 mrad, 1.8 mm at 2 m.
-        assert!(figures.median_mm < 1.0, "{mode:?} {}", figures.median_mm);
-        assert!(figures.p99_mm < 5.0, "{mode:?} {}", figures.p99_mm);
+        assert!(errors.median_mm < 1.0, "{mode:?} {}", errors.median_mm);
+        assert!(errors.p99_mm < 5.0, "{mode:?} {}", errors.p99_mm);
     }
 }
 
 #[test]
-fn with_the_sensors_noise_the_residual_is_the_noise() {
+fn with_sensor_noise_the_residual_is_the_noise() {
     for mode in [SweepMode::Continuous, SweepMode::Step] {
-        let figures = take(EmulationOptions::seeded(5), mode, &[0.0], false);
-        // Sigma is 2.1 to 3.5 mm in this room; mixed pixels have no place to come from.
-        assert!(figures.rms_mm < 5.0, "{mode:?} {}", figures.rms_mm);
-        let quality = &figures.sweep.quality;
+        let errors = take(EmulationOptions::seeded(5), mode, &[0.0], false);
+        // Sigma is 2.1 to 3.5 mm in this room; it has no edges for mixed pixels.
+        assert!(errors.rms_mm < 5.0, "{mode:?} {}", errors.rms_mm);
+        let quality = &errors.sweep.quality;
         assert!(
             quality.lines_got + 1 >= quality.lines_expected,
             "{quality:?}"
@@ -105,27 +105,31 @@ fn with_the_sensors_noise_the_residual_is_the_noise() {
 
 #[test]
 fn several_pans_give_one_cloud() {
-    let figures = take(ideal(), SweepMode::Continuous, &[-1.0, 1.0], false);
-    assert!(figures.p99_mm < 5.0, "{}", figures.p99_mm);
-    assert_eq!(figures.sweep.quality.lines_expected, 242);
+    let errors = take(ideal(), SweepMode::Continuous, &[-1.0, 1.0], false);
+    assert!(errors.p99_mm < 5.0, "{}", errors.p99_mm);
+    assert_eq!(errors.sweep.quality.lines_expected, 242);
 }
 
 #[test]
 fn a_timer_about_to_wrap_and_a_scip_2_sensor_change_nothing() {
     let mut options = ideal();
-    options.laser.profile = scip::twin::Profile::urg_04lx_ug01();
-    let mut bench = Bench::ready(options.clone());
-    // The timer is reset at connecting: let it come near the wrap from there.
+    options.laser.profile = scip::emulator::LaserProfile::urg_04lx_ug01();
+    let mut rig = TestRig::ready(options.clone());
+    // The timer is reset at connecting; advance it near the wrap.
     let wrap = Duration::from_millis(u64::from(scip::STAMP_MODULUS_MS));
-    let connected = bench.now;
-    bench.now = wrap - Duration::from_secs(30);
-    assert!(bench.now > connected);
-    bench.emulation.advance(bench.now);
-    let raw = bench
-        .sweep(&Bench::request(SweepMode::Continuous), |_, _, _| {})
+    let connected = rig.now;
+    rig.now = wrap - Duration::from_secs(30);
+    assert!(rig.now > connected);
+    rig.emulation.advance(rig.now);
+    let raw = rig
+        .sweep(&TestRig::request(SweepMode::Continuous), |_, _, _| {})
         .expect("a sweep");
     let sweep = assemble(&raw).expect("assembles");
-    let stamps: Vec<u64> = raw.legs[0].scans.iter().map(|s| s.stamp_ms).collect();
+    let stamps: Vec<u64> = raw.pan_segments[0]
+        .scans
+        .iter()
+        .map(|s| s.stamp_ms)
+        .collect();
     assert!(stamps.windows(2).all(|w| w[1] > w[0]));
     assert_eq!(sweep.quality.fault(0.05), None, "{:?}", sweep.quality);
 }
@@ -133,10 +137,10 @@ fn a_timer_about_to_wrap_and_a_scip_2_sensor_change_nothing() {
 #[test]
 fn the_same_seed_gives_the_same_sweep() {
     let once = || {
-        let mut bench = Bench::ready(EmulationOptions::seeded(9));
-        let mut request = Bench::request(SweepMode::Continuous);
+        let mut rig = TestRig::ready(EmulationOptions::seeded(9));
+        let mut request = TestRig::request(SweepMode::Continuous);
         request.tilt_to_rad = request.tilt_from_rad + 0.3;
-        bench.sweep(&request, |_, _, _| {}).expect("a sweep")
+        rig.sweep(&request, |_, _, _| {}).expect("a sweep")
     };
     assert_eq!(once(), once());
 }

@@ -1,7 +1,7 @@
-//! Laying both devices to rest at the end of the work.
+//! Parking: both devices stopped at the end of the work.
 
 use super::Station;
-use super::travel::Stance;
+use super::start_pose::StartPose;
 use crate::devices::cancel::Cancel;
 use crate::devices::error::DeviceError;
 use crate::devices::head::HeadCommand;
@@ -9,41 +9,42 @@ use crate::devices::laser::LaserCommand;
 use ptu::{Axis, AxisIdentity};
 
 impl Station {
-    /// Lays everything to rest: laser off, head to 0, 0 if its position is trusted (else halted), hold power low.
+    /// Laser off, head to 0, 0 if its position is trusted (else halted), hold power low.
     ///
     /// # Errors
     /// The head is not connected, or stalls.
     pub fn park(&mut self) -> Result<(), DeviceError> {
-        self.catch_up();
-        self.wires.laser(LaserCommand::Stop);
-        if !self.known.trusted() {
-            self.wires.head(HeadCommand::Halt);
-            self.wires.head(HeadCommand::HoldLow);
+        self.process_pending();
+        self.links.send_laser(LaserCommand::Stop);
+        if !self.state.is_position_trusted() {
+            self.links.send_head(HeadCommand::Halt);
+            self.links.send_head(HeadCommand::LowerHoldPower);
             return Ok(());
         }
         let (pan, tilt) = {
-            let identity = self.known.head()?;
+            let identity = self.state.head()?;
             (identity.pan, identity.tilt)
         };
-        self.wires.head(HeadCommand::HoldLow);
+        self.links.send_head(HeadCommand::LowerHoldPower);
         let speed = |axis: &AxisIdentity| {
-            let most = axis.speed_max.max(axis.speed_min);
-            axis.base_speed.clamp(axis.speed_min, most)
+            let speed_max = axis.speed_max.max(axis.speed_min);
+            axis.base_speed.clamp(axis.speed_min, speed_max)
         };
-        let rest = Stance {
+        let zero = StartPose {
             steps: [0, 0],
             steps_per_s: [speed(&pan), speed(&tilt)],
         };
-        self.travel(&rest, &Cancel::new())?;
-        self.leave_mark();
+        self.move_to_pose(&zero, &Cancel::new())?;
+        self.set_power_marker();
         Ok(())
     }
 
-    /// Sets speeds that tell, should the port be lost, whether the head kept its power meanwhile. Every move sets its own.
-    pub(super) fn leave_mark(&mut self) {
-        if let Some([pan, tilt]) = self.known.speeds_to_leave() {
-            self.wires.head(HeadCommand::SetSpeed(Axis::Pan, pan));
-            self.wires.head(HeadCommand::SetSpeed(Axis::Tilt, tilt));
+    /// Sets speeds that show after a loss of the port whether the head kept its power. Every move sets its own speeds.
+    pub(super) fn set_power_marker(&mut self) {
+        if let Some([pan, tilt]) = self.state.marker_speeds() {
+            self.links.send_head(HeadCommand::SetSpeed(Axis::Pan, pan));
+            self.links
+                .send_head(HeadCommand::SetSpeed(Axis::Tilt, tilt));
         }
     }
 }

@@ -1,116 +1,102 @@
-//! Moves of the head that are no part of a sweep.
+//! Moves of the head between sweeps.
 
 use super::Station;
+use super::start_pose::StartPose;
 use crate::devices::cancel::Cancel;
+use crate::devices::device_links::PortMessage;
 use crate::devices::error::DeviceError;
 use crate::devices::head::{HeadCommand, HeadEvent};
-use crate::devices::plan::SweepPlan;
 use crate::devices::port::PortEvent;
-use crate::devices::sweep_run::stalled;
-use crate::devices::wires::Told;
+use crate::devices::sweep_run::stalled_error;
 use ptu::{Axis, MoveState, MoveWatch};
 use std::time::Duration;
 
-/// Where both axes go and how fast; pan, tilt.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Stance {
-    /// Counts.
-    pub steps: [i32; 2],
-    /// Counts per second.
-    pub steps_per_s: [i32; 2],
-}
-
-impl Stance {
-    /// Where a sweep begins.
-    pub fn before(plan: &SweepPlan) -> Option<Self> {
-        let (pan, tilt) = plan.approach_steps_s;
-        Some(Self {
-            steps: [plan.pans.first()?.0, plan.tilt.start_steps()?],
-            steps_per_s: [pan, tilt],
-        })
-    }
-}
-
 impl Station {
-    /// Brings the head back to where the last sweep began, so that the next one need not wait for it. How long that
-    /// took; `None` where there is nothing to go back to, or the head's position is not trusted.
+    /// Moves the head back to where the last sweep started, so that the next one need not wait for it. Returns how long that
+    /// took; `None`: no sweep yet, or the head's position is not trusted.
     ///
     /// # Errors
-    /// The head is not connected, or stalls; [`DeviceError::Cancelled`] soon after `cancel` was set. It stands then.
-    pub fn go_back(&mut self, cancel: &Cancel) -> Result<Option<Duration>, DeviceError> {
-        self.catch_up();
-        let Some(stance) = self.begun_at.filter(|_| self.known.trusted()) else {
+    /// The head is not connected, or stalls; [`DeviceError::Cancelled`]. The head has stopped then.
+    pub fn return_to_start(&mut self, cancel: &Cancel) -> Result<Option<Duration>, DeviceError> {
+        self.process_pending();
+        let Some(pose) = self.last_start.filter(|_| self.state.is_position_trusted()) else {
             return Ok(None);
         };
-        let begun = self.wires.now();
-        let gone = self.travel(&stance, cancel);
-        if matches!(gone, Err(DeviceError::Stalled { .. })) {
-            self.known.distrusted("an axis stalled");
+        let started = self.links.now();
+        let moved = self.move_to_pose(&pose, cancel);
+        if matches!(moved, Err(DeviceError::Stalled { .. })) {
+            self.state.distrust_position("an axis stalled");
         }
-        self.leave_mark();
-        gone.map(|()| Some(self.wires.now().saturating_sub(begun)))
+        self.set_power_marker();
+        moved.map(|()| Some(self.links.now().saturating_sub(started)))
     }
 
-    /// Sends both axes to `stance` and waits until they are there.
-    pub(super) fn travel(&mut self, stance: &Stance, cancel: &Cancel) -> Result<(), DeviceError> {
+    /// Moves both axes to `pose` and waits until they arrive.
+    pub(super) fn move_to_pose(
+        &mut self,
+        pose: &StartPose,
+        cancel: &Cancel,
+    ) -> Result<(), DeviceError> {
         let axes = [Axis::Pan, Axis::Tilt];
         for (i, axis) in axes.into_iter().enumerate() {
-            self.wires
-                .head(HeadCommand::SetSpeed(axis, stance.steps_per_s[i]));
-            self.wires.head(HeadCommand::MoveTo(axis, stance.steps[i]));
+            self.links
+                .send_head(HeadCommand::SetSpeed(axis, pose.steps_per_s[i]));
+            self.links
+                .send_head(HeadCommand::MoveTo(axis, pose.steps[i]));
         }
-        let mut there = Ok(());
+        let mut arrived = Ok(());
         for (i, axis) in axes.into_iter().enumerate() {
-            let (steps, speed) = (stance.steps[i], stance.steps_per_s[i]);
-            there = there.and_then(|()| self.arrive(axis, steps, speed, cancel));
+            let (steps, speed) = (pose.steps[i], pose.steps_per_s[i]);
+            arrived = arrived.and_then(|()| self.wait_until_arrived(axis, steps, speed, cancel));
         }
-        self.wires.head(HeadCommand::Watch(None));
-        if there.is_err() {
-            self.wires.head(HeadCommand::Halt);
+        self.links.send_head(HeadCommand::PollPosition(None));
+        if arrived.is_err() {
+            self.links.send_head(HeadCommand::Halt);
         }
-        there
+        arrived
     }
 
-    fn arrive(
+    fn wait_until_arrived(
         &mut self,
         wanted: Axis,
         target_steps: i32,
         steps_per_s: i32,
         cancel: &Cancel,
     ) -> Result<(), DeviceError> {
-        let identity = self.known.head()?;
+        let identity = self.state.head()?;
         let axis = match wanted {
             Axis::Pan => &identity.pan,
             Axis::Tilt => &identity.tilt,
         };
-        // A move of unknown beginning takes no longer than the whole range.
+        // A move from an unknown position takes no longer than the whole range.
         let range = i64::from(axis.limits.max_steps) - i64::from(axis.limits.min_steps);
         let time = axis.profile(steps_per_s).travel_time(range);
-        let mut watch = MoveWatch::new(target_steps, self.wires.now(), time);
+        let mut watch = MoveWatch::new(target_steps, self.links.now(), time);
         let mut at_steps = target_steps;
-        self.wires.head(HeadCommand::Watch(Some(wanted)));
+        self.links
+            .send_head(HeadCommand::PollPosition(Some(wanted)));
         loop {
             if cancel.is_cancelled() {
                 return Err(DeviceError::Cancelled);
             }
-            let state = match self.next(watch.overdue_at()) {
+            let state = match self.next_message(watch.overdue_at()) {
                 Some(
-                    Told::Head(PortEvent::Lost { error, .. })
-                    | Told::Laser(PortEvent::Lost { error, .. }),
+                    PortMessage::Head(PortEvent::Lost { error, .. })
+                    | PortMessage::Laser(PortEvent::Lost { error, .. }),
                 ) => return Err(error),
-                Some(Told::Head(PortEvent::Device(HeadEvent::Unit(ptu::Event::Position {
-                    axis,
-                    steps,
-                    first_byte_at,
-                    ..
-                }))))
-                    if axis == wanted =>
-                {
+                Some(PortMessage::Head(PortEvent::Device(HeadEvent::Ptu(
+                    ptu::PtuEvent::Position {
+                        axis,
+                        steps,
+                        first_byte_at,
+                        ..
+                    },
+                )))) if axis == wanted => {
                     at_steps = steps;
                     watch.observe(steps, first_byte_at)
                 }
-                // Who is late to listen has not seen an axis stand.
-                _ if self.wires.now() < watch.overdue_at() => MoveState::Moving,
+                // A host that reads late has not seen the axis stop.
+                _ if self.links.now() < watch.overdue_at() => MoveState::Moving,
                 _ => MoveState::Overdue,
             };
             match state {
@@ -118,7 +104,7 @@ impl Station {
                 MoveState::Moving => {}
                 MoveState::Stalled | MoveState::Overdue => {
                     let port = self.head_port.name.clone();
-                    return Err(stalled(port, wanted, at_steps, target_steps));
+                    return Err(stalled_error(port, wanted, at_steps, target_steps));
                 }
             }
         }

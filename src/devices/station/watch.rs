@@ -1,4 +1,4 @@
-//! Looks at the devices between two tasks, and what follows from one.
+//! Checks of the devices between two tasks.
 
 use super::Station;
 use crate::devices::cancel::Cancel;
@@ -6,42 +6,43 @@ use crate::devices::constants::{OPEN_LIMIT, RETURN_LIMIT};
 use crate::devices::error::DeviceError;
 
 impl Station {
-    /// Takes note of what the devices told while nothing was asked of them; returns at once.
+    /// Processes messages that arrived meanwhile; does not wait.
     ///
     /// # Errors
-    /// A device that is not connected now.
-    pub fn watch(&mut self) -> Result<(), DeviceError> {
-        self.catch_up();
-        self.known.laser()?;
-        self.known.head()?;
+    /// A device is not connected.
+    pub fn check_connected(&mut self) -> Result<(), DeviceError> {
+        self.process_pending();
+        self.state.laser()?;
+        self.state.head()?;
         Ok(())
     }
 
-    /// Waits for devices that went away and are connected anew by their ports: not long for one that is not there, as
-    /// long as at opening for one that is being connected. What it says of positions stays as it is.
+    /// Waits for lost devices to reconnect: briefly for an absent one, as long as at opening for one that is connecting. Does
+    /// not change the trust in the position.
     ///
     /// # Errors
-    /// Who is still away, and why; [`DeviceError::Cancelled`] soon after `cancel` was set.
+    /// A device is still lost; [`DeviceError::Cancelled`].
     pub fn await_return(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
-        let begun = self.wires.now();
+        let started = self.links.now();
         loop {
-            match self.watch() {
+            match self.check_connected() {
                 Ok(()) => return Ok(()),
                 _ if cancel.is_cancelled() => return Err(DeviceError::Cancelled),
                 Err(error) => {
-                    let waited = self.wires.now().saturating_sub(begun);
-                    let away = self.known.has_failed() && waited >= RETURN_LIMIT;
-                    if away || waited >= OPEN_LIMIT {
-                        return Err(self.known.failure().unwrap_or(error));
+                    let waited = self.links.now().saturating_sub(started);
+                    let is_absent = self.state.has_failed() && waited >= RETURN_LIMIT;
+                    if is_absent || waited >= OPEN_LIMIT {
+                        return Err(self.state.failure().unwrap_or(error));
                     }
                 }
             }
-            self.next(begun + OPEN_LIMIT);
+            self.next_message(started + OPEN_LIMIT);
         }
     }
 
-    /// The scene says that the head's counts do not stand for angles: from now on they do not, until it is homed.
-    pub fn distrust(&mut self) {
-        self.known.distrusted("its angles do not fit the scene");
+    /// The sweep does not fit the reference at the head's angles: the position is not trusted until the head is homed.
+    pub fn distrust_position(&mut self) {
+        self.state
+            .distrust_position("its angles do not fit the scene");
     }
 }

@@ -1,72 +1,89 @@
-//! Every way through the patrol, as tables: what happened, what is done about it.
+//! Paths through the patrol as tables of events and expected actions.
 
-use super::{FIRST_RETRY, MOST_WAITING, Machine};
-use crate::patrol::action::{Action, Weight};
-use crate::patrol::constants::LONGEST_RETRY;
-use crate::patrol::event::{Change, Event, Refusal, Request, Task};
+use super::{INITIAL_RETRY_PAUSE, MAX_QUEUED, PatrolMachine};
+use crate::patrol::action::PatrolAction;
+use crate::patrol::constants::MAX_RETRY_PAUSE;
+use crate::patrol::event::{PatrolEvent, PatrolRequest, PatrolTask, RefusalReason, SettingsChange};
+use crate::patrol::severity::Severity;
 use std::time::Duration;
 
-mod again;
+mod retries;
 
-fn request(id: u64, task: Task) -> Request {
-    let waypoint = if task == Task::Sweep { "" } else { "hall" };
-    Request {
+fn request(id: u64, task: PatrolTask) -> PatrolRequest {
+    let waypoint = if task == PatrolTask::Sweep {
+        ""
+    } else {
+        "hall"
+    };
+    PatrolRequest {
         id,
         task,
         waypoint: waypoint.to_owned(),
     }
 }
 
-fn visit(id: u64) -> Request {
-    request(id, Task::Visit)
+fn visit(id: u64) -> PatrolRequest {
+    request(id, PatrolTask::Visit)
 }
 
-fn failed(id: u64, reason: &str, lost: bool) -> Event {
+fn failed(id: u64, reason: &str, lost: bool) -> PatrolEvent {
     let reason = reason.to_owned();
-    Event::SweepFailed { id, reason, lost }
+    PatrolEvent::SweepFailed { id, reason, lost }
 }
 
-fn ready_note() -> Action {
-    Action::Note(Weight::Info, "devices ready".to_owned())
+fn ready_note() -> PatrolAction {
+    PatrolAction::LogEvent(Severity::Info, "devices ready".to_owned())
 }
 
-fn error_note(text: &str) -> Action {
-    Action::Note(Weight::Error, text.to_owned())
+fn error_note(text: &str) -> PatrolAction {
+    PatrolAction::LogEvent(Severity::Error, text.to_owned())
 }
 
-fn ready() -> Machine {
-    let (mut machine, first) = Machine::start();
-    assert_eq!(first, [Action::OpenDevices]);
+fn ready() -> PatrolMachine {
+    let (mut machine, first) = PatrolMachine::start();
+    assert_eq!(first, [PatrolAction::OpenDevices]);
     assert_eq!(
-        machine.handle(Duration::ZERO, Event::DevicesReady),
+        machine.handle(Duration::ZERO, PatrolEvent::DevicesReady),
         [ready_note()]
     );
     machine
 }
 
-/// Walks a table at time zero.
-fn walk(machine: &mut Machine, table: Vec<(Event, Vec<Action>)>) {
+/// Handles the events of a table at time zero.
+fn run_table(machine: &mut PatrolMachine, table: Vec<(PatrolEvent, Vec<PatrolAction>)>) {
     for (row, (event, expected)) in table.into_iter().enumerate() {
-        let told = format!("row {row}: {event:?}");
-        assert_eq!(machine.handle(Duration::ZERO, event), expected, "{told}");
+        let context = format!("row {row}: {event:?}");
+        assert_eq!(machine.handle(Duration::ZERO, event), expected, "{context}");
     }
 }
 
 #[test]
 fn a_visit_goes_from_its_reference_to_its_reply() {
     let mut machine = ready();
-    walk(
+    run_table(
         &mut machine,
         vec![
-            (Event::Requested(visit(1)), vec![Action::Prepare(visit(1))]),
             (
-                Event::Prepared(1, Ok(())),
-                vec![Action::StartSweep(visit(1))],
+                PatrolEvent::Requested(visit(1)),
+                vec![PatrolAction::Prepare(visit(1))],
             ),
-            (Event::SweepDone(1), vec![Action::Judge(visit(1))]),
-            (Event::Judged(1, Ok(())), vec![Action::Record(visit(1))]),
-            (Event::Recorded(1, Ok(())), vec![Action::Reply(visit(1))]),
-            (Event::Tick, vec![]),
+            (
+                PatrolEvent::Prepared(1, Ok(())),
+                vec![PatrolAction::StartSweep(visit(1))],
+            ),
+            (
+                PatrolEvent::SweepDone(1),
+                vec![PatrolAction::Judge(visit(1))],
+            ),
+            (
+                PatrolEvent::Judged(1, Ok(())),
+                vec![PatrolAction::Record(visit(1))],
+            ),
+            (
+                PatrolEvent::Recorded(1, Ok(())),
+                vec![PatrolAction::Reply(visit(1))],
+            ),
+            (PatrolEvent::Tick, vec![]),
         ],
     );
     assert_eq!(machine.phase(), "idle");
@@ -74,40 +91,55 @@ fn a_visit_goes_from_its_reference_to_its_reply() {
 
 #[test]
 fn teaching_and_sweeping_need_no_reference() {
-    let (teach, sweep) = (request(1, Task::Teach), request(2, Task::Sweep));
-    walk(
+    let (teach, sweep) = (request(1, PatrolTask::Teach), request(2, PatrolTask::Sweep));
+    run_table(
         &mut ready(),
         vec![
             (
-                Event::Requested(teach.clone()),
-                vec![Action::StartSweep(teach.clone())],
+                PatrolEvent::Requested(teach.clone()),
+                vec![PatrolAction::StartSweep(teach.clone())],
             ),
-            (Event::Requested(sweep.clone()), vec![]),
-            (Event::SweepDone(1), vec![Action::Judge(teach.clone())]),
+            (PatrolEvent::Requested(sweep.clone()), vec![]),
             (
-                Event::Judged(1, Ok(())),
-                vec![Action::Record(teach.clone())],
+                PatrolEvent::SweepDone(1),
+                vec![PatrolAction::Judge(teach.clone())],
             ),
             (
-                Event::Recorded(1, Ok(())),
-                vec![Action::Reply(teach), Action::StartSweep(sweep.clone())],
+                PatrolEvent::Judged(1, Ok(())),
+                vec![PatrolAction::Record(teach.clone())],
             ),
-            (Event::SweepDone(2), vec![Action::Judge(sweep.clone())]),
-            (Event::Judged(2, Ok(())), vec![Action::Reply(sweep)]),
+            (
+                PatrolEvent::Recorded(1, Ok(())),
+                vec![
+                    PatrolAction::Reply(teach),
+                    PatrolAction::StartSweep(sweep.clone()),
+                ],
+            ),
+            (
+                PatrolEvent::SweepDone(2),
+                vec![PatrolAction::Judge(sweep.clone())],
+            ),
+            (
+                PatrolEvent::Judged(2, Ok(())),
+                vec![PatrolAction::Reply(sweep)],
+            ),
         ],
     );
 }
 
 #[test]
-fn an_unknown_waypoint_is_told_before_any_sweep() {
-    let refusal = Refusal::UnknownWaypoint("unknown waypoint".to_owned());
-    walk(
+fn an_unknown_waypoint_is_refused_before_any_sweep() {
+    let refusal = RefusalReason::UnknownWaypoint("unknown waypoint".to_owned());
+    run_table(
         &mut ready(),
         vec![
-            (Event::Requested(visit(1)), vec![Action::Prepare(visit(1))]),
             (
-                Event::Prepared(1, Err(refusal.clone())),
-                vec![Action::Refuse(visit(1), refusal)],
+                PatrolEvent::Requested(visit(1)),
+                vec![PatrolAction::Prepare(visit(1))],
+            ),
+            (
+                PatrolEvent::Prepared(1, Err(refusal.clone())),
+                vec![PatrolAction::Refuse(visit(1), refusal)],
             ),
         ],
     );
@@ -115,34 +147,40 @@ fn an_unknown_waypoint_is_told_before_any_sweep() {
 
 #[test]
 fn a_failed_sweep_is_recorded_for_a_visit_and_refused_for_the_rest() {
-    let teach = request(2, Task::Teach);
-    let refusal = Refusal::NoSweep("teach refused: stalled".to_owned());
-    walk(
+    let teach = request(2, PatrolTask::Teach);
+    let refusal = RefusalReason::NoSweep("teach refused: stalled".to_owned());
+    run_table(
         &mut ready(),
         vec![
-            (Event::Requested(visit(1)), vec![Action::Prepare(visit(1))]),
             (
-                Event::Prepared(1, Ok(())),
-                vec![Action::StartSweep(visit(1))],
+                PatrolEvent::Requested(visit(1)),
+                vec![PatrolAction::Prepare(visit(1))],
+            ),
+            (
+                PatrolEvent::Prepared(1, Ok(())),
+                vec![PatrolAction::StartSweep(visit(1))],
             ),
             (
                 failed(1, "stalled", false),
                 vec![
                     error_note("sweep failed: stalled"),
-                    Action::RecordNotObserved(visit(1), "stalled".to_owned()),
+                    PatrolAction::RecordNotObserved(visit(1), "stalled".to_owned()),
                 ],
             ),
-            (Event::Recorded(1, Ok(())), vec![Action::Reply(visit(1))]),
             (
-                Event::Requested(teach.clone()),
-                vec![Action::StartSweep(teach.clone())],
+                PatrolEvent::Recorded(1, Ok(())),
+                vec![PatrolAction::Reply(visit(1))],
+            ),
+            (
+                PatrolEvent::Requested(teach.clone()),
+                vec![PatrolAction::StartSweep(teach.clone())],
             ),
             (
                 failed(2, "stalled", true),
                 vec![
                     error_note("sweep failed: stalled"),
-                    Action::OpenDevices,
-                    Action::Refuse(teach, refusal),
+                    PatrolAction::OpenDevices,
+                    PatrolAction::Refuse(teach, refusal),
                 ],
             ),
         ],
@@ -150,35 +188,41 @@ fn a_failed_sweep_is_recorded_for_a_visit_and_refused_for_the_rest() {
 }
 
 #[test]
-fn a_sweep_that_cannot_be_judged_is_never_quiet() {
-    let teach = request(2, Task::Teach);
-    let refusal = Refusal::BadSweep("teach refused: frozen".to_owned());
+fn a_sweep_that_cannot_be_judged_is_not_observed() {
+    let teach = request(2, PatrolTask::Teach);
+    let refusal = RefusalReason::BadSweep("teach refused: frozen".to_owned());
     let mut machine = ready();
-    machine.handle(Duration::ZERO, Event::Requested(visit(1)));
-    machine.handle(Duration::ZERO, Event::Prepared(1, Ok(())));
-    machine.handle(Duration::ZERO, Event::SweepDone(1));
-    walk(
+    machine.handle(Duration::ZERO, PatrolEvent::Requested(visit(1)));
+    machine.handle(Duration::ZERO, PatrolEvent::Prepared(1, Ok(())));
+    machine.handle(Duration::ZERO, PatrolEvent::SweepDone(1));
+    run_table(
         &mut machine,
         vec![
             (
-                Event::Judged(1, Err("frozen".to_owned())),
-                vec![Action::RecordNotObserved(visit(1), "frozen".to_owned())],
-            ),
-            (
-                Event::Recorded(1, Err("disk full".to_owned())),
-                vec![Action::Refuse(
+                PatrolEvent::Judged(1, Err("frozen".to_owned())),
+                vec![PatrolAction::RecordNotObserved(
                     visit(1),
-                    Refusal::Failed("disk full".to_owned()),
+                    "frozen".to_owned(),
                 )],
             ),
             (
-                Event::Requested(teach.clone()),
-                vec![Action::StartSweep(teach.clone())],
+                PatrolEvent::Recorded(1, Err("disk full".to_owned())),
+                vec![PatrolAction::Refuse(
+                    visit(1),
+                    RefusalReason::Failed("disk full".to_owned()),
+                )],
             ),
-            (Event::SweepDone(2), vec![Action::Judge(teach.clone())]),
             (
-                Event::Judged(2, Err("frozen".to_owned())),
-                vec![Action::Refuse(teach, refusal)],
+                PatrolEvent::Requested(teach.clone()),
+                vec![PatrolAction::StartSweep(teach.clone())],
+            ),
+            (
+                PatrolEvent::SweepDone(2),
+                vec![PatrolAction::Judge(teach.clone())],
+            ),
+            (
+                PatrolEvent::Judged(2, Err("frozen".to_owned())),
+                vec![PatrolAction::Refuse(teach, refusal)],
             ),
         ],
     );
@@ -186,61 +230,91 @@ fn a_sweep_that_cannot_be_judged_is_never_quiet() {
 
 #[test]
 fn a_visit_waits_for_devices_that_are_being_opened() {
-    let (mut machine, _) = Machine::start();
-    walk(
+    let (mut machine, _) = PatrolMachine::start();
+    run_table(
         &mut machine,
         vec![
-            (Event::Requested(visit(1)), vec![Action::Prepare(visit(1))]),
-            (Event::Prepared(1, Ok(())), vec![]),
             (
-                Event::DevicesReady,
-                vec![ready_note(), Action::StartSweep(visit(1))],
+                PatrolEvent::Requested(visit(1)),
+                vec![PatrolAction::Prepare(visit(1))],
+            ),
+            (PatrolEvent::Prepared(1, Ok(())), vec![]),
+            (
+                PatrolEvent::DevicesReady,
+                vec![ready_note(), PatrolAction::StartSweep(visit(1))],
             ),
         ],
     );
 }
 
 #[test]
-fn without_devices_a_visit_is_not_observed_and_the_devices_are_tried_again_ever_more_slowly() {
-    let (mut machine, _) = Machine::start();
+fn retries_of_failed_devices_back_off_and_are_logged_once() {
+    let (mut machine, _) = PatrolMachine::start();
     let mut now = Duration::ZERO;
-    let mut pause = FIRST_RETRY;
+    let mut pause = INITIAL_RETRY_PAUSE;
     for attempt in 0..8 {
-        let out = machine.handle(now, Event::DevicesFailed("no laser".to_owned()));
-        assert_eq!(out.len(), usize::from(attempt == 0), "said once");
+        let out = machine.handle(now, PatrolEvent::DevicesFailed("no laser".to_owned()));
+        assert_eq!(out.len(), usize::from(attempt == 0), "logged once");
         assert_eq!(machine.phase(), "devices lost");
         let early = now + pause - Duration::from_millis(1);
-        assert_eq!(machine.handle(early, Event::Tick), []);
+        assert_eq!(machine.handle(early, PatrolEvent::Tick), []);
         now += pause;
         if attempt < 7 {
-            assert_eq!(machine.handle(now, Event::Tick), [Action::OpenDevices]);
+            assert_eq!(
+                machine.handle(now, PatrolEvent::Tick),
+                [PatrolAction::OpenDevices]
+            );
         }
-        pause = (2 * pause).min(LONGEST_RETRY);
+        pause = (2 * pause).min(MAX_RETRY_PAUSE);
     }
 }
 
 #[test]
 fn a_request_to_lost_devices_has_one_attempt_of_its_own() {
-    let (mut machine, _) = Machine::start();
-    let gone = || Event::DevicesFailed("no laser".to_owned());
-    machine.handle(Duration::ZERO, gone());
-    let sweep = request(2, Task::Sweep);
+    let (mut machine, _) = PatrolMachine::start();
+    let failure = || PatrolEvent::DevicesFailed("no laser".to_owned());
+    machine.handle(Duration::ZERO, failure());
+    let sweep = request(2, PatrolTask::Sweep);
     let reason = "no devices: no laser".to_owned();
-    let refusal = Refusal::NoSweep(format!("sweep refused: {reason}"));
-    walk(
+    let refusal = RefusalReason::NoSweep(format!("sweep refused: {reason}"));
+    run_table(
         &mut machine,
         vec![
-            (Event::Requested(visit(1)), vec![Action::Prepare(visit(1))]),
-            (Event::Prepared(1, Ok(())), vec![Action::OpenDevices]),
-            (gone(), vec![Action::RecordNotObserved(visit(1), reason)]),
-            (Event::Recorded(1, Ok(())), vec![Action::Reply(visit(1))]),
-            (Event::Requested(sweep.clone()), vec![Action::OpenDevices]),
-            (gone(), vec![Action::Refuse(sweep.clone(), refusal)]),
-            (Event::Requested(visit(3)), vec![Action::Prepare(visit(3))]),
-            (Event::Prepared(3, Ok(())), vec![Action::OpenDevices]),
             (
-                Event::DevicesReady,
-                vec![ready_note(), Action::StartSweep(visit(3))],
+                PatrolEvent::Requested(visit(1)),
+                vec![PatrolAction::Prepare(visit(1))],
+            ),
+            (
+                PatrolEvent::Prepared(1, Ok(())),
+                vec![PatrolAction::OpenDevices],
+            ),
+            (
+                failure(),
+                vec![PatrolAction::RecordNotObserved(visit(1), reason)],
+            ),
+            (
+                PatrolEvent::Recorded(1, Ok(())),
+                vec![PatrolAction::Reply(visit(1))],
+            ),
+            (
+                PatrolEvent::Requested(sweep.clone()),
+                vec![PatrolAction::OpenDevices],
+            ),
+            (
+                failure(),
+                vec![PatrolAction::Refuse(sweep.clone(), refusal)],
+            ),
+            (
+                PatrolEvent::Requested(visit(3)),
+                vec![PatrolAction::Prepare(visit(3))],
+            ),
+            (
+                PatrolEvent::Prepared(3, Ok(())),
+                vec![PatrolAction::OpenDevices],
+            ),
+            (
+                PatrolEvent::DevicesReady,
+                vec![ready_note(), PatrolAction::StartSweep(visit(3))],
             ),
         ],
     );
@@ -249,8 +323,8 @@ fn a_request_to_lost_devices_has_one_attempt_of_its_own() {
 #[test]
 fn devices_that_go_away_while_idle_are_lost_and_tried_again() {
     let mut machine = ready();
-    let lost = || Event::DevicesLost("laser unplugged".to_owned());
-    walk(
+    let lost = || PatrolEvent::DevicesLost("laser unplugged".to_owned());
+    run_table(
         &mut machine,
         vec![
             (lost(), vec![error_note("laser unplugged")]),
@@ -259,97 +333,106 @@ fn devices_that_go_away_while_idle_are_lost_and_tried_again() {
     );
     assert_eq!(machine.phase(), "devices lost");
     assert_eq!(
-        machine.handle(FIRST_RETRY, Event::Tick),
-        [Action::OpenDevices]
+        machine.handle(INITIAL_RETRY_PAUSE, PatrolEvent::Tick),
+        [PatrolAction::OpenDevices]
     );
-    machine.handle(FIRST_RETRY, Event::DevicesReady);
-    let sweep = request(1, Task::Sweep);
-    machine.handle(FIRST_RETRY, Event::Requested(sweep));
-    assert_eq!(machine.handle(FIRST_RETRY, lost()), [], "the sweep tells");
+    machine.handle(INITIAL_RETRY_PAUSE, PatrolEvent::DevicesReady);
+    let sweep = request(1, PatrolTask::Sweep);
+    machine.handle(INITIAL_RETRY_PAUSE, PatrolEvent::Requested(sweep));
+    assert_eq!(
+        machine.handle(INITIAL_RETRY_PAUSE, lost()),
+        [],
+        "reported by the sweep"
+    );
     assert_eq!(machine.phase(), "sweeping");
 }
 
 #[test]
-fn the_queue_has_an_end() {
+fn a_full_queue_refuses() {
     let mut machine = ready();
-    machine.handle(Duration::ZERO, Event::Requested(visit(0)));
-    for id in 1..=MOST_WAITING as u64 {
+    machine.handle(Duration::ZERO, PatrolEvent::Requested(visit(0)));
+    for id in 1..=MAX_QUEUED as u64 {
         assert_eq!(
-            machine.handle(Duration::ZERO, Event::Requested(visit(id))),
+            machine.handle(Duration::ZERO, PatrolEvent::Requested(visit(id))),
             []
         );
     }
     assert_eq!(
-        machine.handle(Duration::ZERO, Event::Requested(visit(99))),
-        [Action::Refuse(visit(99), Refusal::Busy)]
+        machine.handle(Duration::ZERO, PatrolEvent::Requested(visit(99))),
+        [PatrolAction::Refuse(visit(99), RefusalReason::Busy)]
     );
 }
 
 #[test]
 fn settings_change_between_sweeps_only() {
-    let teach = request(1, Task::Teach);
-    walk(
+    let teach = request(1, PatrolTask::Teach);
+    run_table(
         &mut ready(),
         vec![
             (
-                Event::Reload(Ok(Change::Plain)),
-                vec![Action::ApplySettings],
+                PatrolEvent::Reload(Ok(SettingsChange::KeepDevices)),
+                vec![PatrolAction::ApplySettings],
             ),
             (
-                Event::Requested(teach.clone()),
-                vec![Action::StartSweep(teach.clone())],
+                PatrolEvent::Requested(teach.clone()),
+                vec![PatrolAction::StartSweep(teach.clone())],
             ),
-            (Event::Reload(Ok(Change::Devices)), vec![]),
-            (Event::Reload(Ok(Change::Plain)), vec![]),
             (
-                Event::SweepDone(1),
+                PatrolEvent::Reload(Ok(SettingsChange::ReopenDevices)),
+                vec![],
+            ),
+            (PatrolEvent::Reload(Ok(SettingsChange::KeepDevices)), vec![]),
+            (
+                PatrolEvent::SweepDone(1),
                 vec![
-                    Action::Judge(teach),
-                    Action::ApplySettings,
-                    Action::OpenDevices,
+                    PatrolAction::Judge(teach),
+                    PatrolAction::ApplySettings,
+                    PatrolAction::OpenDevices,
                 ],
             ),
             (
-                Event::Reload(Err(vec!["t.toml:1: wrong".to_owned()])),
-                vec![Action::KeepSettings(vec!["t.toml:1: wrong".to_owned()])],
+                PatrolEvent::Reload(Err(vec!["t.toml:1: wrong".to_owned()])),
+                vec![PatrolAction::KeepSettings(vec![
+                    "t.toml:1: wrong".to_owned(),
+                ])],
             ),
         ],
     );
 }
 
 #[test]
-fn a_shutdown_in_a_sweep_stops_the_head_and_leaves_a_trace() {
+fn a_shutdown_in_a_sweep_stops_the_head_and_is_recorded() {
     let mut machine = ready();
-    machine.handle(Duration::ZERO, Event::Requested(visit(1)));
-    machine.handle(Duration::ZERO, Event::Prepared(1, Ok(())));
+    machine.handle(Duration::ZERO, PatrolEvent::Requested(visit(1)));
+    machine.handle(Duration::ZERO, PatrolEvent::Prepared(1, Ok(())));
     let reason = "the service was stopped during the sweep".to_owned();
-    walk(
+    run_table(
         &mut machine,
         vec![
-            (Event::Requested(visit(2)), vec![]),
+            (PatrolEvent::Requested(visit(2)), vec![]),
             (
-                Event::Shutdown,
+                PatrolEvent::Shutdown,
                 vec![
-                    Action::CancelDevices,
-                    Action::CloseDevices,
-                    Action::Refuse(visit(2), Refusal::Stopping),
+                    PatrolAction::CancelDevices,
+                    PatrolAction::CloseDevices,
+                    PatrolAction::Refuse(visit(2), RefusalReason::Stopping),
                 ],
             ),
-            (Event::Shutdown, vec![]),
+            (PatrolEvent::Shutdown, vec![]),
             (
-                Event::Requested(visit(3)),
-                vec![Action::Refuse(visit(3), Refusal::Stopping)],
+                PatrolEvent::Requested(visit(3)),
+                vec![PatrolAction::Refuse(visit(3), RefusalReason::Stopping)],
             ),
             (
                 failed(1, "cancelled", false),
-                vec![Action::RecordNotObserved(visit(1), reason)],
+                vec![PatrolAction::RecordNotObserved(visit(1), reason)],
             ),
-            (Event::DevicesClosed, vec![]),
+            (PatrolEvent::DevicesClosed, vec![]),
             (
-                Event::Recorded(1, Ok(())),
-                vec![Action::Reply(visit(1)), Action::Exit],
+                PatrolEvent::Recorded(1, Ok(())),
+                vec![PatrolAction::Reply(visit(1)), PatrolAction::Exit],
             ),
-            (Event::Tick, vec![]),
+            (PatrolEvent::Tick, vec![]),
         ],
     );
 }
@@ -357,37 +440,42 @@ fn a_shutdown_in_a_sweep_stops_the_head_and_leaves_a_trace() {
 #[test]
 fn a_shutdown_while_idle_judging_or_lost_ends() {
     let mut idle = ready();
-    let closing = [Action::CancelDevices, Action::CloseDevices];
-    assert_eq!(idle.handle(Duration::ZERO, Event::Shutdown), closing);
+    let closing = [PatrolAction::CancelDevices, PatrolAction::CloseDevices];
+    assert_eq!(idle.handle(Duration::ZERO, PatrolEvent::Shutdown), closing);
     assert_eq!(
-        idle.handle(Duration::ZERO, Event::DevicesClosed),
-        [Action::Exit]
+        idle.handle(Duration::ZERO, PatrolEvent::DevicesClosed),
+        [PatrolAction::Exit]
     );
 
     let mut judging = ready();
-    let teach = request(1, Task::Teach);
-    judging.handle(Duration::ZERO, Event::Requested(teach.clone()));
-    judging.handle(Duration::ZERO, Event::SweepDone(1));
-    let out = judging.handle(Duration::ZERO, Event::Shutdown);
-    assert!(matches!(out.last(), Some(Action::Refuse(r, Refusal::NoSweep(_))) if *r == teach));
+    let teach = request(1, PatrolTask::Teach);
+    judging.handle(Duration::ZERO, PatrolEvent::Requested(teach.clone()));
+    judging.handle(Duration::ZERO, PatrolEvent::SweepDone(1));
+    let out = judging.handle(Duration::ZERO, PatrolEvent::Shutdown);
+    assert!(
+        matches!(out.last(), Some(PatrolAction::Refuse(r, RefusalReason::NoSweep(_))) if *r == teach)
+    );
     assert_eq!(
-        judging.handle(Duration::ZERO, Event::Judged(1, Ok(()))),
+        judging.handle(Duration::ZERO, PatrolEvent::Judged(1, Ok(()))),
         [],
         "its verdict comes too late"
     );
     assert_eq!(
-        judging.handle(Duration::ZERO, Event::DevicesClosed),
-        [Action::Exit]
+        judging.handle(Duration::ZERO, PatrolEvent::DevicesClosed),
+        [PatrolAction::Exit]
     );
 
-    let (mut lost, _) = Machine::start();
-    lost.handle(Duration::ZERO, Event::DevicesFailed("gone".to_owned()));
-    lost.handle(Duration::ZERO, Event::Shutdown);
-    assert_eq!(lost.handle(LONGEST_RETRY, Event::Tick), []);
+    let (mut lost, _) = PatrolMachine::start();
+    lost.handle(
+        Duration::ZERO,
+        PatrolEvent::DevicesFailed("gone".to_owned()),
+    );
+    lost.handle(Duration::ZERO, PatrolEvent::Shutdown);
+    assert_eq!(lost.handle(MAX_RETRY_PAUSE, PatrolEvent::Tick), []);
     assert_eq!(
-        lost.handle(LONGEST_RETRY, Event::DevicesClosed),
-        [Action::Exit]
+        lost.handle(MAX_RETRY_PAUSE, PatrolEvent::DevicesClosed),
+        [PatrolAction::Exit]
     );
 }
 
-mod askers;
+mod departed_clients;

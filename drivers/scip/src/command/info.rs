@@ -1,36 +1,37 @@
-//! `II`: how the device is. Protocol section 6.
+//! `II`: the state of the device (scip2 section 6).
 
-use super::{Request, keyed};
+use super::keyed_lines;
+use super::request::ScipRequest;
 use crate::encoding::decode;
 use crate::error::ReplyError;
-use crate::frame::Message;
-use crate::status::Command;
+use crate::frame::ScipMessage;
+use crate::status::ScipCommand;
 
-/// The request `II`. Ask at idle only: asked during streaming it stops the stream (protocol section 13).
+/// The request `II`. For an idle device only: during streaming it stops the stream (scip2 section 13).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReadInfo;
 
-/// What `II` tells. In an error state the device may leave lines out; all that is not `STAT` may be absent.
+/// The reply to `II`. In an error state the device may leave out all lines but `STAT`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Info {
+pub struct InfoReply {
     /// `MODL`.
     pub model: Option<String>,
     /// `LASR`: whether the laser is on.
     pub laser_on: Option<bool>,
-    /// `SCSP`: motor speed, in words.
+    /// `SCSP`: motor speed, as text.
     pub scan_speed: Option<String>,
     /// `MESM`: measuring mode.
     pub mode: Option<String>,
-    /// `SBPS`: bit rate, in words.
+    /// `SBPS`: bit rate, as text.
     pub bit_rate: Option<String>,
     /// `TIME`: the timer, ms, 24 bits.
     pub time_ms: Option<u32>,
-    /// `STAT`: the device's own judgement.
+    /// `STAT`: the device's own diagnosis.
     pub status: String,
 }
 
-impl Info {
-    /// Whether the device says it is broken.
+impl InfoReply {
+    /// Whether `STAT` reports a fault.
     #[must_use]
     pub fn is_trouble(&self) -> bool {
         self.status.contains("Trouble")
@@ -38,7 +39,7 @@ impl Info {
 }
 
 /// Six hexadecimal digits, or the four-character code of newer models.
-fn time(text: &str) -> Option<u32> {
+fn parse_time(text: &str) -> Option<u32> {
     match text.len() {
         6 => u32::from_str_radix(text, 16).ok(),
         4 => decode(text.as_bytes()).ok(),
@@ -46,29 +47,29 @@ fn time(text: &str) -> Option<u32> {
     }
 }
 
-impl Request for ReadInfo {
-    type Reply = Info;
-    const COMMAND: Command = Command::Info;
+impl ScipRequest for ReadInfo {
+    type Reply = InfoReply;
+    const COMMAND: ScipCommand = ScipCommand::Info;
 
     fn line(&self) -> Vec<u8> {
         b"II".to_vec()
     }
 
-    fn parse(&self, message: &Message) -> Result<Info, ReplyError> {
+    fn parse(&self, message: &ScipMessage) -> Result<InfoReply, ReplyError> {
         self.expect_done(message)?;
-        let text = |key| match keyed::find(message, key) {
+        let text = |key| match keyed_lines::find(message, key) {
             None => Ok(None),
             Some(line) => line.sum.clone().map(|()| Some(line.text())),
         };
         let time_ms = match text("TIME")? {
             None => None,
-            Some(digits) => Some(time(&digits).ok_or_else(|| ReplyError::Value {
+            Some(digits) => Some(parse_time(&digits).ok_or_else(|| ReplyError::Value {
                 key: "TIME",
                 expected: "6 hexadecimal digits or 4 characters",
                 got: digits.as_bytes().into(),
             })?),
         };
-        Ok(Info {
+        Ok(InfoReply {
             model: text("MODL")?,
             laser_on: text("LASR")?.map(|word| word == "ON"),
             scan_speed: text("SCSP")?,
@@ -86,15 +87,15 @@ impl Request for ReadInfo {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Instant;
     use crate::encoding::sum;
+    use std::time::Duration;
 
     const OFF: &str = "II\n00P\nMODL:URG-04LX(Hokuyo Automatic Co.,Ltd.);N\nLASR:OFF;7\n\
         SCSP:Initial(600[rpm])<-Default setting by user;A\nMESM:IDLE;:\nSBPS:19200[bps]<-Default setting by user;A\n\
         TIME:001957;O\nSTAT:Sensor works well.;8\n\n";
 
-    fn parse(text: &str) -> Result<Info, ReplyError> {
-        ReadInfo.parse(&Message::first_in(text.as_bytes(), Instant::ZERO).expect("complete"))
+    fn parse(text: &str) -> Result<InfoReply, ReplyError> {
+        ReadInfo.parse(&ScipMessage::first_in(text.as_bytes(), Duration::ZERO).expect("complete"))
     }
 
     #[test]

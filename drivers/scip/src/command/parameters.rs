@@ -1,47 +1,48 @@
-//! `PP`: the seven numbers that turn steps into angles and values into ranges. Protocol sections 1 and 6.
+//! `PP`: the numbers that turn steps into angles and values into ranges (scip2 sections 1 and 6).
 
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-use super::{Request, keyed};
+use super::keyed_lines;
+use super::request::ScipRequest;
 use crate::error::ReplyError;
-use crate::frame::Message;
-use crate::status::Command;
+use crate::frame::ScipMessage;
+use crate::status::ScipCommand;
 
 /// The request `PP`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReadParameters;
 
-/// What `PP` tells: the model's name and its numbers.
+/// The reply to `PP`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ParameterReply {
     /// `MODL`.
     pub model: String,
-    /// The seven numbers.
-    pub parameters: Parameters,
+    /// All other lines.
+    pub parameters: LaserParameters,
 }
 
-/// The sensor's numbers. From a device: `ares`, `scan_rpm` > 0, `dmin_mm <= dmax_mm`, `amin <= amax`.
+/// Geometry and limits of the sensor. Parsed from a reply: `ares`, `scan_rpm` > 0, `dmin_mm <= dmax_mm`, `amin <= amax`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Parameters {
-    /// `DMIN`: least distance, mm; values below are codes.
+pub struct LaserParameters {
+    /// `DMIN`: minimum distance, mm; values below are codes.
     pub dmin_mm: u32,
-    /// `DMAX`: greatest distance, mm.
+    /// `DMAX`: maximum distance, mm.
     pub dmax_mm: u32,
-    /// `ARES`: steps in a full turn.
+    /// `ARES`: steps per revolution.
     pub ares: u32,
-    /// `AMIN`: first step that measures.
+    /// `AMIN`: first measured step.
     pub amin: u32,
-    /// `AMAX`: last step that measures.
+    /// `AMAX`: last measured step.
     pub amax: u32,
     /// `AFRT`: the step straight ahead.
     pub afrt: u32,
-    /// `SCAN`: nominal speed, turns per minute.
+    /// `SCAN`: nominal speed, revolutions per minute.
     pub scan_rpm: u32,
 }
 
-impl Parameters {
-    /// The numbers of a URG-04LX (protocol section 12), as a real one sent them.
+impl LaserParameters {
+    /// As a real URG-04LX sent them (scip2 section 12).
     pub const URG_04LX: Self = Self {
         dmin_mm: 20,
         dmax_mm: 5600,
@@ -52,30 +53,23 @@ impl Parameters {
         scan_rpm: 600,
     };
 
-    /// Time of one turn; nominal, a real sensor's clock is off by some 0.1 % (protocol section 8).
+    /// Nominal time of one revolution. A real sensor's clock is off by some 0.1 % (scip2 section 8).
     #[must_use]
     pub fn scan_period(&self) -> Duration {
         Duration::from_secs(60) / self.scan_rpm.max(1)
     }
 
-    /// Angle of a step, rad, positive to the left, zero ahead (protocol section 1). Fractions of a step are allowed.
+    /// Angle of a step, rad, positive to the left, zero ahead (scip2 section 1). Fractions of a step are allowed.
     #[must_use]
     pub fn angle_rad(&self, step: f64) -> f64 {
         (step - f64::from(self.afrt)) * TAU / f64::from(self.ares.max(1))
     }
-
-    /// Time from the stamp, which is step 0, to `step` (protocol section 8).
-    #[must_use]
-    pub fn step_delay(&self, step: f64) -> Duration {
-        let turns = (step / f64::from(self.ares.max(1))).max(0.0);
-        Duration::try_from_secs_f64(self.scan_period().as_secs_f64() * turns).unwrap_or_default()
-    }
 }
 
-fn number(message: &Message, key: &'static str) -> Result<u32, ReplyError> {
-    let line = keyed::find(message, key).ok_or(ReplyError::MissingKey {
+fn number(message: &ScipMessage, key: &'static str) -> Result<u32, ReplyError> {
+    let line = keyed_lines::find(message, key).ok_or(ReplyError::MissingKey {
         key,
-        command: Command::Parameters,
+        command: ScipCommand::Parameters,
     })?;
     line.sum.clone()?;
     line.text().parse().map_err(|_| ReplyError::Value {
@@ -85,22 +79,22 @@ fn number(message: &Message, key: &'static str) -> Result<u32, ReplyError> {
     })
 }
 
-impl Request for ReadParameters {
+impl ScipRequest for ReadParameters {
     type Reply = ParameterReply;
-    const COMMAND: Command = Command::Parameters;
+    const COMMAND: ScipCommand = ScipCommand::Parameters;
 
     fn line(&self) -> Vec<u8> {
         b"PP".to_vec()
     }
 
-    fn parse(&self, message: &Message) -> Result<ParameterReply, ReplyError> {
+    fn parse(&self, message: &ScipMessage) -> Result<ParameterReply, ReplyError> {
         self.expect_done(message)?;
-        let model = keyed::find(message, "MODL").ok_or(ReplyError::MissingKey {
+        let model = keyed_lines::find(message, "MODL").ok_or(ReplyError::MissingKey {
             key: "MODL",
             command: Self::COMMAND,
         })?;
         model.sum.clone()?;
-        let parameters = Parameters {
+        let parameters = LaserParameters {
             dmin_mm: number(message, "DMIN")?,
             dmax_mm: number(message, "DMAX")?,
             ares: number(message, "ARES")?,
@@ -117,12 +111,14 @@ impl Request for ReadParameters {
             })
         };
         match parameters {
-            Parameters { ares: 0, .. } => value("ARES", "more than 0", 0),
-            Parameters { scan_rpm: 0, .. } => value("SCAN", "more than 0", 0),
-            Parameters {
+            LaserParameters { ares: 0, .. } => value("ARES", "more than 0", 0),
+            LaserParameters { scan_rpm: 0, .. } => value("SCAN", "more than 0", 0),
+            LaserParameters {
                 dmin_mm, dmax_mm, ..
             } if dmin_mm > dmax_mm => value("DMAX", "at least DMIN", dmax_mm),
-            Parameters { amin, amax, .. } if amin > amax => value("AMAX", "at least AMIN", amax),
+            LaserParameters { amin, amax, .. } if amin > amax => {
+                value("AMAX", "at least AMIN", amax)
+            }
             parameters => Ok(ParameterReply {
                 model: model.text(),
                 parameters,
@@ -134,21 +130,21 @@ impl Request for ReadParameters {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Instant;
     use crate::encoding::sum;
 
     const URG_04LX: &str = "PP\n00P\nMODL:URG-04LX(Hokuyo Automatic Co.,Ltd.);N\nDMIN:20;4\nDMAX:5600;_\nARES:1024;\\\n\
         AMIN:44;7\nAMAX:725;o\nAFRT:384;6\nSCAN:600;e\n\n";
 
     fn parse(text: &str) -> Result<ParameterReply, ReplyError> {
-        ReadParameters.parse(&Message::first_in(text.as_bytes(), Instant::ZERO).expect("complete"))
+        ReadParameters
+            .parse(&ScipMessage::first_in(text.as_bytes(), Duration::ZERO).expect("complete"))
     }
 
     #[test]
     fn the_real_reply() {
         let reply = parse(URG_04LX).expect("every sum is right");
         assert_eq!(reply.model, "URG-04LX(Hokuyo Automatic Co.,Ltd.)");
-        assert_eq!(reply.parameters, Parameters::URG_04LX);
+        assert_eq!(reply.parameters, LaserParameters::URG_04LX);
     }
 
     #[test]
@@ -156,7 +152,7 @@ mod tests {
         let text = URG_04LX.replace("SCAN", "PROT:SCIP 2.2;P\nWHAT\nSCAN");
         assert_eq!(
             parse(&text).expect("the seven are there").parameters,
-            Parameters::URG_04LX
+            LaserParameters::URG_04LX
         );
     }
 
@@ -198,17 +194,16 @@ mod tests {
     }
 
     #[test]
-    fn angles_and_delays_of_the_protocol() {
-        let urg = Parameters::URG_04LX;
-        for (step, degrees, delay_ms) in [
-            (0.0, -135.0, 0.0),
-            (44.0, -119.531, 4.3),
-            (384.0, 0.0, 37.5),
-            (725.0, 119.883, 70.8),
-            (768.0, 135.0, 75.0),
+    fn angles_and_period_of_the_protocol() {
+        let urg = LaserParameters::URG_04LX;
+        for (step, degrees) in [
+            (0.0, -135.0),
+            (44.0, -119.531),
+            (384.0, 0.0),
+            (725.0, 119.883),
+            (768.0, 135.0),
         ] {
             assert!((urg.angle_rad(step).to_degrees() - degrees).abs() < 1e-3);
-            assert!((urg.step_delay(step).as_secs_f64() * 1e3 - delay_ms).abs() < 0.05);
         }
         assert_eq!(urg.scan_period(), Duration::from_millis(100));
     }

@@ -1,26 +1,26 @@
-//! What every request has.
+//! What every request has in common.
 
 use crate::constants::LF;
 use crate::error::ReplyError;
-use crate::frame::Message;
-use crate::status::{Command, Meaning};
+use crate::frame::ScipMessage;
+use crate::status::{ScipCommand, StatusMeaning};
 
-/// A request: its bytes out, its reply in.
-pub trait Request {
-    /// What the reply holds.
+/// A request to the device.
+pub trait ScipRequest {
+    /// The content of a good reply.
     type Reply;
-    /// Which command it is, for statuses and errors.
-    const COMMAND: Command;
+    /// For the meaning of statuses, and for errors.
+    const COMMAND: ScipCommand;
 
     /// The request's line without its LF. The reply's first line echoes it.
     fn line(&self) -> Vec<u8>;
 
-    /// Reads the reply, sums and all.
+    /// Reads the reply and checks its sums.
     ///
     /// # Errors
     /// [`ReplyError::Echo`] if the message answers another request, [`ReplyError::Refused`] for an error status, others
     /// for damage.
-    fn parse(&self, message: &Message) -> Result<Self::Reply, ReplyError>;
+    fn parse(&self, message: &ScipMessage) -> Result<Self::Reply, ReplyError>;
 
     /// The bytes to send.
     fn to_bytes(&self) -> Vec<u8> {
@@ -30,15 +30,15 @@ pub trait Request {
     }
 
     /// Whether the message echoes this request.
-    fn is_answered_by(&self, message: &Message) -> bool {
+    fn is_answered_by(&self, message: &ScipMessage) -> bool {
         message.echo() == self.line()
     }
 
-    /// Checks the echo and gives what the status means.
+    /// Checks the echo and returns what the status means.
     ///
     /// # Errors
     /// [`ReplyError::Echo`] for another request's reply, others for a damaged status line.
-    fn status(&self, message: &Message) -> Result<Meaning, ReplyError> {
+    fn status(&self, message: &ScipMessage) -> Result<StatusMeaning, ReplyError> {
         if !self.is_answered_by(message) {
             return Err(ReplyError::Echo {
                 expected: self.line().as_slice().into(),
@@ -48,13 +48,13 @@ pub trait Request {
         Ok(message.status()?.meaning(Self::COMMAND))
     }
 
-    /// Checks the echo, and that the status says done.
+    /// Checks the echo, and that the status is `00`.
     ///
     /// # Errors
-    /// As [`Request::status`], and [`ReplyError::Refused`] for any other status.
-    fn expect_done(&self, message: &Message) -> Result<(), ReplyError> {
+    /// As [`ScipRequest::status`], and [`ReplyError::Refused`] for any other status.
+    fn expect_done(&self, message: &ScipMessage) -> Result<(), ReplyError> {
         match self.status(message)? {
-            Meaning::Done => Ok(()),
+            StatusMeaning::Done => Ok(()),
             meaning => Err(ReplyError::Refused {
                 command: Self::COMMAND,
                 meaning,
@@ -62,13 +62,13 @@ pub trait Request {
         }
     }
 
-    /// Checks the echo, and that the device is in the state asked for, now or before.
+    /// Checks the echo, and that the device is in the requested state, whether it already was or not.
     ///
     /// # Errors
-    /// As [`Request::status`], and [`ReplyError::Refused`] for any other status.
-    fn expect_done_or_already(&self, message: &Message) -> Result<(), ReplyError> {
+    /// As [`ScipRequest::status`], and [`ReplyError::Refused`] for any other status.
+    fn expect_done_or_already(&self, message: &ScipMessage) -> Result<(), ReplyError> {
         match self.status(message)? {
-            Meaning::Done | Meaning::AlreadySo => Ok(()),
+            StatusMeaning::Done | StatusMeaning::AlreadySo => Ok(()),
             meaning => Err(ReplyError::Refused {
                 command: Self::COMMAND,
                 meaning,

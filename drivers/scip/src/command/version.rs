@@ -1,17 +1,18 @@
-//! `VV`: who the device is. Protocol section 6.
+//! `VV`: identity of the device (scip2 section 6).
 
-use super::{Request, keyed};
+use super::keyed_lines;
+use super::request::ScipRequest;
 use crate::error::ReplyError;
-use crate::frame::Message;
-use crate::status::Command;
+use crate::frame::ScipMessage;
+use crate::status::ScipCommand;
 
 /// The request `VV`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReadVersion;
 
-/// What `VV` tells.
+/// The reply to `VV`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Version {
+pub struct VersionReply {
     /// `VEND`.
     pub vendor: String,
     /// `PROD`.
@@ -25,22 +26,25 @@ pub struct Version {
 }
 
 impl ReadVersion {
-    /// As [`Request::parse`], but takes lines whose sums are wrong: some old units always send one. Gives how many too.
+    /// As [`ScipRequest::parse`], but accepts wrong sums, since some old units always send one, and counts them.
     ///
     /// # Errors
-    /// As [`Request::parse`] but for [`ReplyError::Sum`] in the keyed lines.
-    pub fn parse_leniently(&self, message: &Message) -> Result<(Version, usize), ReplyError> {
+    /// As [`ScipRequest::parse`], but no [`ReplyError::Sum`] for the keyed lines.
+    pub(crate) fn parse_leniently(
+        &self,
+        message: &ScipMessage,
+    ) -> Result<(VersionReply, usize), ReplyError> {
         self.expect_done(message)?;
         let mut wrong_sums = 0;
         let mut text = |key| {
-            let line = keyed::find(message, key).ok_or(ReplyError::MissingKey {
+            let line = keyed_lines::find(message, key).ok_or(ReplyError::MissingKey {
                 key,
                 command: Self::COMMAND,
             })?;
             wrong_sums += usize::from(line.sum.is_err());
             Ok(line.text())
         };
-        let version = Version {
+        let version = VersionReply {
             vendor: text("VEND")?,
             product: text("PROD")?,
             firmware: text("FIRM")?,
@@ -51,18 +55,18 @@ impl ReadVersion {
     }
 }
 
-impl Request for ReadVersion {
-    type Reply = Version;
-    const COMMAND: Command = Command::Version;
+impl ScipRequest for ReadVersion {
+    type Reply = VersionReply;
+    const COMMAND: ScipCommand = ScipCommand::Version;
 
     fn line(&self) -> Vec<u8> {
         b"VV".to_vec()
     }
 
-    fn parse(&self, message: &Message) -> Result<Version, ReplyError> {
+    fn parse(&self, message: &ScipMessage) -> Result<VersionReply, ReplyError> {
         let (version, _) = self.parse_leniently(message)?;
         for key in ["VEND", "PROD", "FIRM", "PROT", "SERI"] {
-            if let Some(line) = keyed::find(message, key) {
+            if let Some(line) = keyed_lines::find(message, key) {
                 line.sum?;
             }
         }
@@ -73,14 +77,14 @@ impl Request for ReadVersion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Instant;
+    use std::time::Duration;
 
     const URG_04LX: &[u8] =
         b"VV\n00P\nVEND:Hokuyo Automatic Co.,Ltd.;[\nPROD:SOKUIKI Sensor URG-04LX;[\n\
         FIRM:3.1.04(02/Aug./2007);a\nPROT:SCIP 2.0;N\nSERI:H0706400;F\n\n";
 
-    fn message(bytes: &[u8]) -> Message {
-        Message::first_in(bytes, Instant::ZERO).expect("complete")
+    fn message(bytes: &[u8]) -> ScipMessage {
+        ScipMessage::first_in(bytes, Duration::ZERO).expect("complete")
     }
 
     #[test]
@@ -110,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_sum_is_an_error_but_can_be_lived_with() {
+    fn a_wrong_sum_is_an_error_but_can_be_tolerated() {
         let reply = [b"VV\n00P\nI\n", &URG_04LX[7..URG_04LX.len() - 3], b"E\n\n"].concat();
         let message = message(&reply);
         assert!(matches!(
@@ -132,7 +136,7 @@ mod tests {
             error,
             ReplyError::MissingKey {
                 key: "VEND",
-                command: Command::Version
+                command: ScipCommand::Version
             }
         );
     }

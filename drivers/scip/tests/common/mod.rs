@@ -1,11 +1,12 @@
 //! Set-up shared by this crate's integration tests.
 #![allow(dead_code, reason = "each test file uses its part")]
 
-pub mod pair;
+pub mod driver_and_emulator;
 pub mod streaming;
 
 use scip::encoding::{encode, sum};
-use scip::{Action, Event, Instant, Sensor};
+use scip::{LaserAction, LaserEvent, ScipDriver};
+use std::time::Duration;
 
 /// A recording's bytes; `None`, with the reason printed, where the data is absent and not required.
 pub fn recording(name: &str) -> Option<Vec<u8>> {
@@ -13,10 +14,10 @@ pub fn recording(name: &str) -> Option<Vec<u8>> {
     Some(std::fs::read(path).expect("readable"))
 }
 
-/// Seeded numbers (splitmix64), the same on every machine.
-pub struct Dice(pub u64);
+/// Seeded numbers, the same on every machine.
+pub struct SplitMix64(pub u64);
 
-impl Dice {
+impl SplitMix64 {
     pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -31,11 +32,11 @@ impl Dice {
 }
 
 /// Cuts `bytes` in chunks of 1 to `longest`.
-pub fn chunks(bytes: &[u8], longest: usize, dice: &mut Dice) -> Vec<Vec<u8>> {
+pub fn chunks(bytes: &[u8], longest: usize, rng: &mut SplitMix64) -> Vec<Vec<u8>> {
     let mut rest = bytes;
     let mut all = Vec::new();
     while !rest.is_empty() {
-        let (chunk, after) = rest.split_at((1 + dice.below(longest)).min(rest.len()));
+        let (chunk, after) = rest.split_at((1 + rng.below(longest)).min(rest.len()));
         all.push(chunk.to_vec());
         rest = after;
     }
@@ -72,36 +73,38 @@ pub const II: &str = "II\n00P\nMODL:URG-04LX(Hokuyo Automatic Co.,Ltd.);N\nLASR:
     TIME:001957;O\nSTAT:Sensor works well.;8\n\n";
 
 /// Drains all actions: what was sent, as text, and the events.
-pub fn drain(sensor: &mut Sensor) -> (Vec<String>, Vec<Event>) {
+pub fn drain(driver: &mut ScipDriver) -> (Vec<String>, Vec<LaserEvent>) {
     let (mut sent, mut events) = (Vec::new(), Vec::new());
-    while let Some(action) = sensor.poll_action() {
+    while let Some(action) = driver.poll_action() {
         match action {
-            Action::Send(bytes) => sent.push(String::from_utf8(bytes).expect("requests are ASCII")),
-            Action::Event(event) => events.push(event),
+            LaserAction::Send(bytes) => {
+                sent.push(String::from_utf8(bytes).expect("requests are ASCII"))
+            }
+            LaserAction::Event(event) => events.push(event),
         }
     }
     (sent, events)
 }
 
-/// A sensor and the instant it is at, driven by scripted lines.
-pub struct Story {
-    pub sensor: Sensor,
-    pub now: Instant,
-    pub events: Vec<Event>,
+/// The driver against scripted replies.
+pub struct ScriptedLaser {
+    pub driver: ScipDriver,
+    pub now: Duration,
+    pub events: Vec<LaserEvent>,
 }
 
-impl Story {
-    pub fn new(sensor: Sensor) -> Self {
+impl ScriptedLaser {
+    pub fn new(driver: ScipDriver) -> Self {
         Self {
-            sensor,
-            now: Instant::ZERO,
+            driver,
+            now: Duration::ZERO,
             events: Vec::new(),
         }
     }
 
-    /// The driver must have sent exactly this since the last look.
+    /// The driver must have sent exactly this since the last check.
     pub fn expect_sent(&mut self, expected: &[&str]) {
-        let (sent, events) = drain(&mut self.sensor);
+        let (sent, events) = drain(&mut self.driver);
         self.events.extend(events);
         assert_eq!(
             sent, expected,
@@ -114,54 +117,54 @@ impl Story {
     pub fn reply(&mut self, bytes: impl AsRef<[u8]>) {
         for (index, byte) in bytes.as_ref().iter().enumerate() {
             if index % 10 == 9 {
-                self.now += Instant::from_millis(1);
+                self.now += Duration::from_millis(1);
             }
-            self.sensor.handle_bytes(&[*byte], self.now);
+            self.driver.handle_bytes(&[*byte], self.now);
         }
     }
 
-    /// Request and answer.
-    pub fn turn(&mut self, expected: &str, reply: impl AsRef<[u8]>) {
+    /// Request and reply.
+    pub fn exchange(&mut self, expected: &str, reply: impl AsRef<[u8]>) {
         self.expect_sent(&[expected]);
-        self.now += Instant::from_millis(95);
+        self.now += Duration::from_millis(95);
         self.reply(reply);
     }
 
-    /// Nothing comes: time goes on to the deadline.
-    pub fn silence(&mut self) {
+    /// No reply: time advances to the deadline.
+    pub fn time_out(&mut self) {
         self.now = self
-            .sensor
+            .driver
             .deadline()
             .expect("something is waited for")
             .max(self.now);
-        self.sensor.handle_deadline(self.now);
+        self.driver.handle_deadline(self.now);
     }
 
-    /// The events so far; they are forgotten.
-    pub fn take_events(&mut self) -> Vec<Event> {
+    /// The events so far, and clears them.
+    pub fn take_events(&mut self) -> Vec<LaserEvent> {
         self.expect_sent(&[]);
         std::mem::take(&mut self.events)
     }
 
     /// From `RS` to connected.
     pub fn identify(&mut self) {
-        self.turn("RS\n", "RS\n00P\n\n");
-        self.turn("VV\n", VV);
-        self.turn("PP\n", PP);
-        self.turn("II\n", II);
+        self.exchange("RS\n", "RS\n00P\n\n");
+        self.exchange("VV\n", VV);
+        self.exchange("PP\n", PP);
+        self.exchange("II\n", II);
         let events = self.take_events();
         assert!(
-            matches!(events.last(), Some(Event::Connected(_))),
+            matches!(events.last(), Some(LaserEvent::Connected(_))),
             "{events:?}"
         );
     }
 
-    /// A connected sensor, by the shortest way.
-    pub fn connected(sensor: Sensor) -> Self {
-        let mut story = Self::new(sensor);
-        story.sensor.connect(story.now);
-        story.turn("QT\n", "QT\n00P\n\n");
-        story.identify();
-        story
+    /// A connected driver, by the shortest dialogue.
+    pub fn connected(driver: ScipDriver) -> Self {
+        let mut script = Self::new(driver);
+        script.driver.connect(script.now);
+        script.exchange("QT\n", "QT\n00P\n\n");
+        script.identify();
+        script
     }
 }

@@ -1,14 +1,14 @@
 //! A sensor that streams one plan, and how its scans look on the line.
 
-use super::{Story, scan_message};
-use scip::{Coding, Event, Sensor, SensorOptions, StreamPlan};
+use super::{ScriptedLaser, scan_message};
+use scip::{LaserEvent, ScipDriver, ScipOptions, StreamPlan, ValueCoding};
 
 pub const PLAN: StreamPlan = StreamPlan {
     first_step: 44,
     last_step: 725,
     cluster: 1,
     interval: 0,
-    coding: Coding::ThreeCharacter,
+    coding: ValueCoding::ThreeCharacter,
     count: 0,
 };
 
@@ -18,16 +18,19 @@ pub const ECHO: &str = "MD0044072501000";
 
 pub const ACK: &str = "MD0044072501000\n00P\n\n";
 
-pub fn connected() -> Story {
-    Story::connected(Sensor::new(SensorOptions::default()))
+pub fn connected() -> ScriptedLaser {
+    ScriptedLaser::connected(ScipDriver::new(ScipOptions::default()))
 }
 
-pub fn streaming() -> Story {
-    let mut story = connected();
-    story.sensor.start_streaming(PLAN, story.now).expect("idle");
-    story.turn(REQUEST, ACK);
-    assert_eq!(story.take_events(), [Event::Streaming]);
-    story
+pub fn streaming() -> ScriptedLaser {
+    let mut script = connected();
+    script
+        .driver
+        .start_streaming(PLAN, script.now)
+        .expect("idle");
+    script.exchange(REQUEST, ACK);
+    assert_eq!(script.take_events(), [LaserEvent::Streaming]);
+    script
 }
 
 pub fn scan(stamp_ms: u32) -> Vec<u8> {
@@ -35,12 +38,12 @@ pub fn scan(stamp_ms: u32) -> Vec<u8> {
 }
 
 /// The stamps of the scans among the events, and the other events.
-pub fn sort(events: Vec<Event>) -> (Vec<u32>, Vec<Event>) {
+pub fn sort(events: Vec<LaserEvent>) -> (Vec<u32>, Vec<LaserEvent>) {
     let (scans, others): (Vec<_>, Vec<_>) = events
         .into_iter()
-        .partition(|event| matches!(event, Event::Scan { .. }));
+        .partition(|event| matches!(event, LaserEvent::Scan { .. }));
     let stamps = scans.into_iter().filter_map(|event| match event {
-        Event::Scan { scan, .. } => Some(scan.stamp_ms),
+        LaserEvent::Scan { scan, .. } => Some(scan.stamp_ms),
         _ => None,
     });
     (stamps.collect(), others)

@@ -1,24 +1,23 @@
 //! One primitive of whichever class.
 
-use super::{Cone, Cuboid, Cylinder, Patch, Plane, Sphere, Superquadric};
+use super::{Cone, Cuboid, Cylinder, Plane, Sphere, Superquadric, SurfaceElement};
 use crate::shape::Class;
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
-/// A geometric primitive: an element of C = {sphere, cylinder, plane} (section IV), or one of those
-/// that the paper leaves for later.
+/// A geometric primitive: sphere, cylinder and plane as in paper section IV, and those that the paper leaves for later.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Primitive {
-    /// A ball.
+    /// Sphere.
     Sphere(Sphere),
-    /// A round bar.
+    /// Circular cylinder of finite length.
     Cylinder(Cylinder),
-    /// A rectangle.
+    /// Rectangle.
     Plane(Plane),
-    /// A rectangular box.
+    /// Rectangular box.
     Cuboid(Cuboid),
-    /// A cone.
+    /// Circular cone.
     Cone(Cone),
-    /// A superquadric ellipsoid.
+    /// Superquadric ellipsoid.
     Superquadric(Superquadric),
 }
 
@@ -47,8 +46,8 @@ impl Primitive {
         }
     }
 
-    /// Full lengths along its axes, metres: (D, D, D), (D, D, L), (A, B, 0) with A >= B, a box's
-    /// longest first, a cone's (D, D, H), a superquadric's own with the longer across z first.
+    /// Full lengths along its axes, metres: (D, D, D), (D, D, L), (A, B, 0) with A >= B, a box's longest first, a cone's
+    /// (D, D, H), a superquadric's with the longer of those across z first.
     pub fn size_m(&self) -> [f64; 3] {
         match self {
             Self::Sphere(s) => [2.0 * s.radius_m; 3],
@@ -71,11 +70,11 @@ impl Primitive {
         }
     }
 
-    /// Its axes as columns, right-handed. What a symmetry leaves open is settled by where the
-    /// sensor stands: a cylinder's first column and a plane's normal look towards it.
+    /// Its axes as columns, right-handed. What a symmetry leaves open is fixed by the sensor's position: a cylinder's first
+    /// column and a plane's normal point towards it.
     pub fn rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
         match self {
-            // A ball has no axes of its own: those of the frame.
+            // A sphere has no axes: those of the frame.
             Self::Sphere(_) => Matrix3::identity(),
             Self::Cylinder(c) => c.rotation(sensor),
             Self::Plane(p) => p.rotation(sensor),
@@ -85,7 +84,7 @@ impl Primitive {
         }
     }
 
-    /// Signed distance of `p` from the (endless) surface, metres.
+    /// Signed distance of `p` from the surface (unbounded for all but sphere and superquadric), metres.
     pub fn distance_m(&self, p: &Point3<f64>) -> f64 {
         match self {
             Self::Sphere(s) => s.distance_m(p),
@@ -97,7 +96,7 @@ impl Primitive {
         }
     }
 
-    /// Unit normal of the surface next to `p`; `None` where it has none (centre, axis).
+    /// Unit normal of the surface next to `p`; `None` where there is none (centre, axis).
     pub fn normal_at(&self, p: &Point3<f64>) -> Option<Vector3<f64>> {
         match self {
             Self::Sphere(s) => s.normal_at(p),
@@ -120,17 +119,17 @@ impl Primitive {
         }
     }
 
-    /// Which of the faces that `sensor` sees `p` belongs to, by number.
-    pub(in crate::shape) fn seen_face(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> usize {
+    /// Number of the face that `p` belongs to among those that `sensor` sees.
+    pub(in crate::shape) fn visible_face(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> usize {
         match self {
-            Self::Cylinder(c) => c.seen_face(p, sensor),
-            Self::Cuboid(b) => b.seen_face(p, sensor),
-            Self::Cone(c) => c.seen_face(p, sensor),
+            Self::Cylinder(c) => c.visible_face(p, sensor),
+            Self::Cuboid(b) => b.visible_face(p, sensor),
+            Self::Cone(c) => c.visible_face(p, sensor),
             Self::Sphere(_) | Self::Plane(_) | Self::Superquadric(_) => 0,
         }
     }
 
-    /// The same primitive in another frame.
+    /// The primitive in another frame.
     pub fn transformed(&self, other_from_this: &Isometry3<f64>) -> Self {
         match *self {
             Self::Sphere(s) => Self::Sphere(Sphere {
@@ -165,32 +164,36 @@ impl Primitive {
         }
     }
 
-    /// Every patch that `sensor` sees.
-    pub(in crate::shape) fn visible(&self, sensor: &Point3<f64>, each: &mut impl FnMut(Patch)) {
+    /// Visits the elements of the surface that `sensor` sees.
+    pub(in crate::shape) fn for_each_visible(
+        &self,
+        sensor: &Point3<f64>,
+        visit: &mut impl FnMut(SurfaceElement),
+    ) {
         match self {
-            Self::Sphere(s) => s.visible(sensor, each),
-            Self::Cylinder(c) => c.visible(sensor, each),
-            Self::Plane(p) => p.visible(sensor, each),
-            Self::Cuboid(b) => b.visible(sensor, each),
-            Self::Cone(c) => c.visible(sensor, each),
-            Self::Superquadric(s) => s.visible(sensor, each),
+            Self::Sphere(s) => s.for_each_visible(sensor, visit),
+            Self::Cylinder(c) => c.for_each_visible(sensor, visit),
+            Self::Plane(p) => p.for_each_visible(sensor, visit),
+            Self::Cuboid(b) => b.for_each_visible(sensor, visit),
+            Self::Cone(c) => c.for_each_visible(sensor, visit),
+            Self::Superquadric(s) => s.for_each_visible(sensor, visit),
         }
     }
 
-    /// Every patch of the ideal surface.
-    pub(in crate::shape) fn whole(&self, each: &mut impl FnMut(Patch)) {
+    /// Visits the elements of the whole ideal surface (paper section IV.B; without caps and base).
+    pub(in crate::shape) fn for_each_ideal(&self, visit: &mut impl FnMut(SurfaceElement)) {
         match self {
-            Self::Sphere(s) => s.whole(each),
-            Self::Cylinder(c) => c.whole(each),
-            Self::Plane(p) => p.whole(each),
-            Self::Cuboid(b) => b.whole(each),
-            Self::Cone(c) => c.whole(each),
-            Self::Superquadric(s) => s.whole(each),
+            Self::Sphere(s) => s.for_each_ideal(visit),
+            Self::Cylinder(c) => c.for_each_ideal(visit),
+            Self::Plane(p) => p.for_each_ideal(visit),
+            Self::Cuboid(b) => b.for_each_ideal(visit),
+            Self::Cone(c) => c.for_each_ideal(visit),
+            Self::Superquadric(s) => s.for_each_ideal(visit),
         }
     }
 
-    /// Free parameters of a class with its centre (k of the score).
-    pub(in crate::shape) fn parameters(&self) -> usize {
+    /// Free parameters of the class, centre included (k of the score).
+    pub(in crate::shape) fn parameter_count(&self) -> usize {
         match self {
             Self::Sphere(_) => 4,
             Self::Cylinder(_) => 7,
@@ -201,8 +204,8 @@ impl Primitive {
         }
     }
 
-    /// Starting points of the paper's classes for the given moments, grouped by class; `axes` are the
-    /// covariance's eigenvectors and `view` points from the sensor to the object.
+    /// Starts of the paper's classes for the given moments, by class; `axes` are the covariance's eigenvectors and `view`
+    /// points from the sensor to the object.
     pub(in crate::shape) fn starts(
         mean: &Point3<f64>,
         covariance: &Matrix3<f64>,
@@ -225,16 +228,16 @@ impl Primitive {
         ]
     }
 
-    /// This primitive moved by `x` (see [`parameters`](Self::parameters)); lengths of the centre
-    /// in units of `scale_m`. `None` if `x` has another length than the class wants.
-    pub(in crate::shape) fn moved(&self, x: &[f64], scale_m: f64) -> Option<Self> {
+    /// This primitive with its parameters changed by `x`; the centre in units of `scale_m`. `None` if the length of `x` is
+    /// not [`parameter_count`](Self::parameter_count).
+    pub(in crate::shape) fn perturbed(&self, x: &[f64], scale_m: f64) -> Option<Self> {
         match self {
-            Self::Sphere(s) => s.moved(x, scale_m).map(Self::Sphere),
-            Self::Cylinder(c) => c.moved(x, scale_m).map(Self::Cylinder),
-            Self::Plane(p) => p.moved(x, scale_m).map(Self::Plane),
-            Self::Cuboid(b) => b.moved(x, scale_m).map(Self::Cuboid),
-            Self::Cone(c) => c.moved(x, scale_m).map(Self::Cone),
-            Self::Superquadric(s) => s.moved(x, scale_m).map(Self::Superquadric),
+            Self::Sphere(s) => s.perturbed(x, scale_m).map(Self::Sphere),
+            Self::Cylinder(c) => c.perturbed(x, scale_m).map(Self::Cylinder),
+            Self::Plane(p) => p.perturbed(x, scale_m).map(Self::Plane),
+            Self::Cuboid(b) => b.perturbed(x, scale_m).map(Self::Cuboid),
+            Self::Cone(c) => c.perturbed(x, scale_m).map(Self::Cone),
+            Self::Superquadric(s) => s.perturbed(x, scale_m).map(Self::Superquadric),
         }
     }
 }

@@ -15,16 +15,16 @@ pub(in crate::shape) fn perpendicular(axis: &Unit<Vector3<f64>>) -> Unit<Vector3
     Unit::new_normalize(axis.cross(&other))
 }
 
-/// `axis` turned about two perpendiculars of it, by so many radians.
-pub(in crate::shape) fn turned(axis: &Unit<Vector3<f64>>, by: [f64; 2]) -> Unit<Vector3<f64>> {
+/// `axis` turned about two of its perpendiculars, by these angles in radians.
+pub(in crate::shape) fn tilted(axis: &Unit<Vector3<f64>>, by: [f64; 2]) -> Unit<Vector3<f64>> {
     let e1 = perpendicular(axis);
     let e2 = axis.cross(&e1);
     let turn = Rotation3::new(e1.as_ref() * by[0] + e2 * by[1]);
     Unit::new_normalize(turn * axis.as_ref())
 }
 
-/// The right-handed rotation whose third column is `third` and whose first is the part of `hint`
-/// across it (any perpendicular where `hint` has none).
+/// The right-handed rotation whose third column is `third` and whose first is the part of `hint` perpendicular to it (any
+/// perpendicular where `hint` has none).
 pub(in crate::shape) fn rotation_with_third(
     third: &Unit<Vector3<f64>>,
     hint: &Vector3<f64>,

@@ -1,16 +1,16 @@
 //! The cylinder.
 
-use super::quadrature::{Patch, circle, interval};
-use super::{perpendicular, rotation_with_third, turned};
-use crate::shape::constants::{BOUNDS, CAP_IN_SIGHT_SIN};
+use super::quadrature::{SurfaceElement, circle_steps, gauss_legendre};
+use super::{perpendicular, rotation_with_third, tilted};
+use crate::shape::constants::{BOUNDS, FULL_VIEW_ELEVATION_SIN};
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 
 /// A cylinder of finite length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cylinder {
-    /// Middle of the axis, metres.
+    /// Middle of the axis.
     pub centre: Point3<f64>,
-    /// Direction of the axis; its sign means nothing.
+    /// Direction of the axis, of either sign.
     pub axis: Unit<Vector3<f64>>,
     /// Radius, metres.
     pub radius_m: f64,
@@ -19,114 +19,121 @@ pub struct Cylinder {
 }
 
 impl Cylinder {
-    /// Height of `p` along the axis over the middle, and its vector away from the axis.
-    fn split(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
+    /// Height of `p` along the axis above the middle, and its vector from the axis.
+    fn axial_and_radial(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
         let d = p - self.centre;
         let height = d.dot(&self.axis);
         (height, d - self.axis.as_ref() * height)
     }
 
-    /// Signed distance of `p` from the endless mantle, positive outside, metres.
+    /// Signed distance of `p` from the unbounded lateral surface, positive outside, metres.
     pub fn distance_m(&self, p: &Point3<f64>) -> f64 {
-        self.split(p).1.norm() - self.radius_m
+        self.axial_and_radial(p).1.norm() - self.radius_m
     }
 
-    /// Outward unit normal of the mantle next to `p`; `None` on the axis.
+    /// Outward unit normal of the lateral surface next to `p`; `None` on the axis.
     pub fn normal_at(&self, p: &Point3<f64>) -> Option<Vector3<f64>> {
-        Unit::try_new(self.split(p).1, 1e-12).map(Unit::into_inner)
+        Unit::try_new(self.axial_and_radial(p).1, 1e-12).map(Unit::into_inner)
     }
 
-    /// Signed distance of `p` from what `sensor` sees: the mantle, or the cap that faces it where
-    /// that is nearer. The mantle is endless, so that noise at the ends does not stretch it.
+    /// Signed distance of `p` from what `sensor` sees: the lateral surface, or the cap that faces it where that is nearer.
+    /// The lateral surface is unbounded, so that noise at the ends does not stretch it.
     pub(super) fn visible_distance_m(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> f64 {
-        self.seen(p, sensor).1
+        self.nearest_visible_face(p, sensor).1
     }
 
-    /// 0 where `p` belongs to the mantle, 1 where it belongs to the cap that `sensor` sees.
-    pub(super) fn seen_face(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> usize {
-        self.seen(p, sensor).0
+    /// 0 where `p` belongs to the lateral surface, 1 where it belongs to the visible cap.
+    pub(super) fn visible_face(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> usize {
+        self.nearest_visible_face(p, sensor).0
     }
 
-    fn seen(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> (usize, f64) {
-        let (height, away) = self.split(p);
-        let mantle = away.norm() - self.radius_m;
-        let (sensor_height, sensor_away) = self.split(sensor);
+    fn nearest_visible_face(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> (usize, f64) {
+        let (height, away) = self.axial_and_radial(p);
+        let lateral = away.norm() - self.radius_m;
+        let (sensor_height, sensor_away) = self.axial_and_radial(sensor);
         let half = self.length_m / 2.0;
         let over = sensor_height.abs() - half;
         if over > 0.0 {
             let cap = height * sensor_height.signum() - half;
             if sensor_away.norm() <= self.radius_m {
-                // The cap alone is seen, and it ends at its rim.
-                let rim = mantle.max(0.0);
+                // Only the cap is visible, and it ends at its rim.
+                let rim = lateral.max(0.0);
                 return (
                     1,
                     cap.hypot(rim) * if rim > 0.0 { 1.0 } else { cap.signum() },
                 );
             }
-            // A cap seen at a grazing angle takes points only gradually: the distance must not
-            // jump where it comes into sight.
+            // A cap seen at a grazing angle takes points only gradually: the distance must not jump where the cap comes
+            // into sight.
             let distance = (sensor - self.centre).norm();
-            let cap = cap / (over / (CAP_IN_SIGHT_SIN * distance)).clamp(1e-6, 1.0);
-            if mantle < 0.0 && cap.abs() < -mantle {
+            let cap = cap / (over / (FULL_VIEW_ELEVATION_SIN * distance)).clamp(1e-6, 1.0);
+            if lateral < 0.0 && cap.abs() < -lateral {
                 return (1, cap);
             }
         }
-        (0, mantle)
+        (0, lateral)
     }
 
-    /// Patches that `sensor` can see: the near side of the mantle and the cap that faces it; none
-    /// when it stands inside.
-    pub(super) fn visible(&self, sensor: &Point3<f64>, each: &mut impl FnMut(Patch)) {
-        let (height, away) = self.split(sensor);
+    /// Elements that `sensor` sees: the near side of the lateral surface and the cap that faces it; none when it is inside.
+    pub(super) fn for_each_visible(
+        &self,
+        sensor: &Point3<f64>,
+        visit: &mut impl FnMut(SurfaceElement),
+    ) {
+        let (height, away) = self.axial_and_radial(sensor);
         let distance = away.norm();
         if distance > self.radius_m {
             let half_angle = (self.radius_m / distance).acos();
-            self.mantle(&Unit::new_unchecked(away / distance), half_angle, each);
+            self.for_each_lateral(&Unit::new_unchecked(away / distance), half_angle, visit);
         }
         if height.abs() > self.length_m / 2.0 {
-            self.cap(height.signum(), each);
+            self.for_each_of_cap(height.signum(), visit);
         }
     }
 
-    /// Patches of the whole mantle (an ideal cylinder has no caps).
-    pub(super) fn whole(&self, each: &mut impl FnMut(Patch)) {
-        self.mantle(&perpendicular(&self.axis), std::f64::consts::PI, each);
+    /// Elements of the whole lateral surface; an ideal cylinder has no caps.
+    pub(super) fn for_each_ideal(&self, visit: &mut impl FnMut(SurfaceElement)) {
+        self.for_each_lateral(&perpendicular(&self.axis), std::f64::consts::PI, visit);
     }
 
-    fn mantle(&self, towards: &Unit<Vector3<f64>>, half_angle: f64, each: &mut impl FnMut(Patch)) {
+    fn for_each_lateral(
+        &self,
+        towards: &Unit<Vector3<f64>>,
+        half_angle: f64,
+        visit: &mut impl FnMut(SurfaceElement),
+    ) {
         let side = self.axis.cross(towards);
         let half = self.length_m / 2.0;
-        for (angle, angle_weight) in interval(-half_angle, half_angle) {
+        for (angle, angle_weight) in gauss_legendre(-half_angle, half_angle) {
             let (sin, cos) = angle.sin_cos();
             let normal = towards.as_ref() * cos + side * sin;
-            for (height, height_weight) in interval(-half, half) {
-                each(Patch {
-                    at: self.centre + normal * self.radius_m + self.axis.as_ref() * height,
+            for (height, height_weight) in gauss_legendre(-half, half) {
+                visit(SurfaceElement {
+                    position: self.centre + normal * self.radius_m + self.axis.as_ref() * height,
                     normal,
-                    area: self.radius_m * angle_weight * height_weight,
+                    area_m2: self.radius_m * angle_weight * height_weight,
                 });
             }
         }
     }
 
-    fn cap(&self, sign: f64, each: &mut impl FnMut(Patch)) {
+    fn for_each_of_cap(&self, sign: f64, visit: &mut impl FnMut(SurfaceElement)) {
         let e1 = perpendicular(&self.axis);
         let e2 = self.axis.cross(&e1);
         let normal = self.axis.as_ref() * sign;
         let middle = self.centre + normal * (self.length_m / 2.0);
-        for (radius, weight) in interval(0.0, self.radius_m) {
-            for (c, s, step) in circle(6) {
-                each(Patch {
-                    at: middle + e1.as_ref() * (radius * c) + e2 * (radius * s),
+        for (radius, weight) in gauss_legendre(0.0, self.radius_m) {
+            for (c, s, step) in circle_steps(6) {
+                visit(SurfaceElement {
+                    position: middle + e1.as_ref() * (radius * c) + e2 * (radius * s),
                     normal,
-                    area: radius * weight * step,
+                    area_m2: radius * weight * step,
                 });
             }
         }
     }
 
-    /// Cylinders along each of `axes` whose far-view moments are the given ones (h^2/12 along the
-    /// axis, r^2/3 across it and the view, centre at mean + pi r/4 w).
+    /// Cylinders along each of `axes` with these far-view moments (docs/shapes.md section 4).
     pub(super) fn starts(
         mean: &Point3<f64>,
         covariance: &Matrix3<f64>,
@@ -152,17 +159,19 @@ impl Cylinder {
             .collect()
     }
 
-    /// This cylinder moved by parameters: centre in units of `scale_m`, two turns of the axis in
-    /// radians, two bounded sizes.
-    pub(super) fn moved(&self, x: &[f64], scale_m: f64) -> Option<Self> {
-        let [cx, cy, cz, turn_1, turn_2, width, length] = *x else {
+    /// Changed by `x`: the centre in units of `scale_m`, two rotations of the axis in radians, two bounded sizes.
+    pub(super) fn perturbed(&self, x: &[f64], scale_m: f64) -> Option<Self> {
+        let [cx, cy, cz, angle_1, angle_2, width, length] = *x else {
             return None;
         };
         Some(Self {
             centre: self.centre + Vector3::new(cx, cy, cz) * scale_m,
-            axis: turned(&self.axis, [turn_1, turn_2]),
-            radius_m: BOUNDS.cylinder_diameter_m.moved(2.0 * self.radius_m, width) / 2.0,
-            length_m: BOUNDS.cylinder_length_m.moved(self.length_m, length),
+            axis: tilted(&self.axis, [angle_1, angle_2]),
+            radius_m: BOUNDS
+                .cylinder_diameter_m
+                .perturbed(2.0 * self.radius_m, width)
+                / 2.0,
+            length_m: BOUNDS.cylinder_length_m.perturbed(self.length_m, length),
         })
     }
 

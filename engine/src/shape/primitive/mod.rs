@@ -1,6 +1,6 @@
-//! The geometric primitives: place, attitude, size; distances and normals of their surfaces; their
-//! visible patches; how they move with parameters. A class is one file here, one row of
-//! [`Bounds`](super::constants::Bounds) and one arm of [`Primitive`].
+//! The geometric primitives: pose and size; distances and normals of their surfaces; their visible surface elements; how
+//! they change with their parameters. A class is one file here, its rows of
+//! [`ParameterBounds`](super::constants::ParameterBounds) and one arm of [`Primitive`].
 
 mod any;
 mod axes;
@@ -20,5 +20,5 @@ pub use plane::Plane;
 pub use sphere::Sphere;
 pub use superquadric::Superquadric;
 
-pub(super) use axes::{perpendicular, rotation_with_third, turned};
-pub(super) use quadrature::{Patch, interval};
+pub(super) use axes::{perpendicular, rotation_with_third, tilted};
+pub(super) use quadrature::{SurfaceElement, gauss_legendre};

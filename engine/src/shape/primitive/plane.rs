@@ -1,6 +1,6 @@
-//! The rectangle, which the paper and the contract call plane.
+//! The rectangle, called plane as in the paper and in JSON.
 
-use super::quadrature::{Patch, interval};
+use super::quadrature::{SurfaceElement, gauss_legendre};
 use super::rotation_with_third;
 use crate::shape::constants::BOUNDS;
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
@@ -22,39 +22,42 @@ impl Plane {
         self.rotation.matrix().column(2).into_owned()
     }
 
-    /// Signed distance of `p` from the endless plane, positive on the normal's side, metres.
+    /// Signed distance of `p` from the unbounded plane, positive on the normal's side, metres.
     pub fn distance_m(&self, p: &Point3<f64>) -> f64 {
         (p - self.centre).dot(&self.normal())
     }
 
-    /// Patches of the rectangle, facing `sensor`.
-    pub(super) fn visible(&self, sensor: &Point3<f64>, each: &mut impl FnMut(Patch)) {
+    /// Elements that face `sensor`.
+    pub(super) fn for_each_visible(
+        &self,
+        sensor: &Point3<f64>,
+        visit: &mut impl FnMut(SurfaceElement),
+    ) {
         let side = self.distance_m(sensor);
-        self.patches(if side < 0.0 { -1.0 } else { 1.0 }, each);
+        self.for_each_facing(if side < 0.0 { -1.0 } else { 1.0 }, visit);
     }
 
-    /// Patches of the rectangle.
-    pub(super) fn whole(&self, each: &mut impl FnMut(Patch)) {
-        self.patches(1.0, each);
+    pub(super) fn for_each_ideal(&self, visit: &mut impl FnMut(SurfaceElement)) {
+        self.for_each_facing(1.0, visit);
     }
 
-    fn patches(&self, sign: f64, each: &mut impl FnMut(Patch)) {
+    fn for_each_facing(&self, sign: f64, visit: &mut impl FnMut(SurfaceElement)) {
         let [a, b] = self.sides_m;
         let m = self.rotation.matrix();
         let normal = m.column(2) * sign;
-        for (x, x_weight) in interval(-a / 2.0, a / 2.0) {
-            for (y, y_weight) in interval(-b / 2.0, b / 2.0) {
-                each(Patch {
-                    at: self.centre + m.column(0) * x + m.column(1) * y,
+        for (x, x_weight) in gauss_legendre(-a / 2.0, a / 2.0) {
+            for (y, y_weight) in gauss_legendre(-b / 2.0, b / 2.0) {
+                visit(SurfaceElement {
+                    position: self.centre + m.column(0) * x + m.column(1) * y,
                     normal,
-                    area: x_weight * y_weight,
+                    area_m2: x_weight * y_weight,
                 });
             }
         }
     }
 
-    /// Rectangles whose far-view moments are the given ones (A^2/12, B^2/12, 0), with each of
-    /// `axes` as normal but the first, along which the points spread most.
+    /// Rectangles with these far-view moments (docs/shapes.md section 4) and each of `axes` as normal but the first, along
+    /// which the points spread most.
     pub(super) fn starts(
         mean: &Point3<f64>,
         covariance: &Matrix3<f64>,
@@ -83,9 +86,8 @@ impl Plane {
             .collect()
     }
 
-    /// This rectangle moved by parameters: centre in units of `scale_m`, a rotation vector in
-    /// radians, two bounded sizes.
-    pub(super) fn moved(&self, x: &[f64], scale_m: f64) -> Option<Self> {
+    /// Changed by `x`: the centre in units of `scale_m`, a rotation vector in radians, two bounded sizes.
+    pub(super) fn perturbed(&self, x: &[f64], scale_m: f64) -> Option<Self> {
         let [cx, cy, cz, rx, ry, rz, a, b] = *x else {
             return None;
         };
@@ -93,13 +95,13 @@ impl Plane {
             centre: self.centre + Vector3::new(cx, cy, cz) * scale_m,
             rotation: Rotation3::new(Vector3::new(rx, ry, rz)) * self.rotation,
             sides_m: [
-                BOUNDS.plane_side_m.moved(self.sides_m[0], a),
-                BOUNDS.plane_side_m.moved(self.sides_m[1], b),
+                BOUNDS.plane_side_m.perturbed(self.sides_m[0], a),
+                BOUNDS.plane_side_m.perturbed(self.sides_m[1], b),
             ],
         })
     }
 
-    /// The same rectangle with its longer side first.
+    /// With the longer side first.
     pub(in crate::shape) fn longer_first(&self) -> Self {
         if self.sides_m[0] >= self.sides_m[1] {
             return *self;
@@ -116,7 +118,7 @@ impl Plane {
         }
     }
 
-    /// Normal third and towards the sensor; longer side first, its greatest coordinate positive.
+    /// Normal third, towards the sensor; longer side first, its greatest coordinate positive.
     pub(super) fn rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
         let plane = self.longer_first();
         let mut normal = plane.normal();

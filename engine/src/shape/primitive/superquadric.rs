@@ -1,6 +1,6 @@
 //! The superquadric ellipsoid: one family from the box over the ellipsoid to the octahedron.
 
-use super::quadrature::{Patch, circle, gauss_8};
+use super::quadrature::{SurfaceElement, circle_steps, gauss_legendre_8};
 use super::rotation_with_third;
 use crate::shape::constants::{BOUNDS, NEWTON_STEPS, NEWTON_TOLERANCE_M};
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
@@ -25,10 +25,10 @@ impl Superquadric {
         Vector3::from_fn(|k, _| 2.0 * local[k] / self.sides_m[k])
     }
 
-    /// The gauge of a vector in units of the half sides, and its gradient.
+    /// The gauge (see [`gauge_at`](Self::gauge_at)) of a vector in units of the half sides, and its gradient.
     fn gauge(&self, u: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let [e1, e2] = self.exponents;
-        // Degree one lets the greatest coordinate be drawn out, so that no power overflows.
+        // Of degree one: the greatest coordinate is factored out, so that no power overflows.
         let most = u.amax();
         if most < f64::MIN_POSITIVE {
             return (0.0, Vector3::zeros());
@@ -49,14 +49,13 @@ impl Superquadric {
         (gauge * most, gradient)
     }
 
-    /// Left side of the equation at `p` to the power e1/2: 1 on the surface, and of degree one along
-    /// every ray from the centre.
+    /// Left side of the equation at `p` to the power e1/2: 1 on the surface, linear along every ray from the centre.
     pub(in crate::shape) fn gauge_at(&self, p: &Point3<f64>) -> f64 {
         self.gauge(&self.scaled(p)).0
     }
 
-    /// Signed distance of `p` from the surface along the ray from the centre, positive outside,
-    /// metres (the radial distance; the true one is shorter where the surface stands aslant).
+    /// Radial distance of `p`: signed distance from the surface along the ray from the centre, positive outside, metres; the
+    /// true distance is shorter where the surface is oblique.
     pub fn distance_m(&self, p: &Point3<f64>) -> f64 {
         let gauge = self.gauge_at(p);
         if gauge < 1e-9 {
@@ -65,9 +64,9 @@ impl Superquadric {
         (p - self.centre).norm() * (1.0 - 1.0 / gauge)
     }
 
-    /// Distance of `p` from the side that `sensor` sees, to first order of the equation (gauge over
-    /// gradient), metres. A point at the hidden side lies as deep as the body is thick there: a thin
-    /// body must not count noise behind its front as lying on its back.
+    /// Distance of `p` from the side that `sensor` sees, to first order of the equation (gauge over gradient), metres. A point
+    /// at the hidden side is as deep as the body is thick there: in a thin body, noise behind the front must not count as
+    /// on the back.
     pub(super) fn visible_distance_m(&self, p: &Point3<f64>, sensor: &Point3<f64>) -> f64 {
         let (gauge, slope) = self.slope(p);
         let nearest = self.first_order_m(p, gauge, &slope);
@@ -77,7 +76,7 @@ impl Superquadric {
         }
         let far = towards.norm();
         let step = towards / far;
-        // Along a line the gauge is convex: Newton from outside never passes the front.
+        // The gauge is convex along a line: Newton from outside never passes the front.
         let mut along = far.min(self.sides_m.iter().sum());
         for _ in 0..NEWTON_STEPS {
             let (gauge, slope) = self.slope(&(p + step * along));
@@ -118,46 +117,50 @@ impl Superquadric {
         Unit::try_new(self.slope(p).1, 1e-12).map(Unit::into_inner)
     }
 
-    /// Patches that face `sensor`.
-    pub(super) fn visible(&self, sensor: &Point3<f64>, each: &mut impl FnMut(Patch)) {
-        self.whole(&mut |patch| {
-            if patch.normal.dot(&(sensor - patch.at)) > 0.0 {
-                each(patch);
+    /// Elements that face `sensor`.
+    pub(super) fn for_each_visible(
+        &self,
+        sensor: &Point3<f64>,
+        visit: &mut impl FnMut(SurfaceElement),
+    ) {
+        self.for_each_ideal(&mut |element| {
+            if element.normal.dot(&(sensor - element.position)) > 0.0 {
+                visit(element);
             }
         });
     }
 
-    /// Patches of the whole surface, evenly spread in directions of the scaled frame.
-    pub(super) fn whole(&self, each: &mut impl FnMut(Patch)) {
+    /// Elements of the whole surface, evenly spread in directions of the scaled frame.
+    pub(super) fn for_each_ideal(&self, visit: &mut impl FnMut(SurfaceElement)) {
         let half = self.sides_m.map(|s| s / 2.0);
         let volume: f64 = half.iter().product();
-        for (z, z_weight) in gauss_8() {
+        for (z, z_weight) in gauss_legendre_8() {
             let across = (1.0 - z * z).sqrt();
-            for (c, s, step) in circle(16) {
+            for (c, s, step) in circle_steps(16) {
                 let u = Vector3::new(across * c, across * s, z);
                 let (gauge, gradient) = self.gauge(&u);
                 let r = 1.0 / gauge;
-                // A star's surface: r^2 dOmega along the ray is r^2 / (n u) of area along n;
-                // stretching turns it by the cofactors of the stretch.
+                // Star-shaped surface: r^2 dOmega along the ray is r^2 / (n u) of area along n; scaling transforms it by
+                // the cofactors of the scaling.
                 let weight = r * r * z_weight * step / gradient.dot(&u);
                 let area = Vector3::from_fn(|k, _| gradient[k] * weight * volume / half[k]);
-                let size = area.norm();
-                if !(size > 0.0 && size.is_finite()) {
+                let area_m2 = area.norm();
+                if !(area_m2 > 0.0 && area_m2.is_finite()) {
                     continue;
                 }
-                let at = Vector3::from_fn(|k, _| u[k] * r * half[k]);
-                each(Patch {
-                    at: self.centre + self.rotation * at,
-                    normal: self.rotation * (area / size),
-                    area: size,
+                let position = Vector3::from_fn(|k, _| u[k] * r * half[k]);
+                visit(SurfaceElement {
+                    position: self.centre + self.rotation * position,
+                    normal: self.rotation * (area / area_m2),
+                    area_m2,
                 });
             }
         }
     }
 
-    /// This one moved by parameters: centre in units of `scale_m`, a rotation vector in radians,
-    /// three bounded sizes, two bounded exponents.
-    pub(super) fn moved(&self, x: &[f64], scale_m: f64) -> Option<Self> {
+    /// Changed by `x`: the centre in units of `scale_m`, a rotation vector in radians, three bounded sizes, two bounded
+    /// exponents.
+    pub(super) fn perturbed(&self, x: &[f64], scale_m: f64) -> Option<Self> {
         let [cx, cy, cz, rx, ry, rz, a, b, c, e1, e2] = *x else {
             return None;
         };
@@ -167,18 +170,18 @@ impl Superquadric {
             centre: self.centre + Vector3::new(cx, cy, cz) * scale_m,
             rotation: Rotation3::new(Vector3::new(rx, ry, rz)) * self.rotation,
             sides_m: [
-                side.moved(first, a),
-                side.moved(second, b),
-                side.moved(third, c),
+                side.perturbed(first, a),
+                side.perturbed(second, b),
+                side.perturbed(third, c),
             ],
             exponents: [
-                exponent.moved(self.exponents[0], e1),
-                exponent.moved(self.exponents[1], e2),
+                exponent.perturbed(self.exponents[0], e1),
+                exponent.perturbed(self.exponents[1], e2),
             ],
         })
     }
 
-    /// The longer of the two sides across z first, as the equation allows.
+    /// With the longer of the two sides across z first; the surface is the same.
     pub(super) fn longer_first(&self) -> Self {
         let [a, b, c] = self.sides_m;
         if a >= b {
@@ -196,7 +199,7 @@ impl Superquadric {
         }
     }
 
-    /// The equation's z third, x first; both with their greatest coordinate positive.
+    /// The equation's z third, x first; the greatest coordinate of both is positive.
     pub(super) fn rotation(&self) -> Matrix3<f64> {
         let own = self.longer_first();
         let upright = |k: usize| {
@@ -224,12 +227,12 @@ mod tests {
 
     fn area(s: &Superquadric) -> f64 {
         let mut area = 0.0;
-        s.whole(&mut |p| area += p.area);
+        s.for_each_ideal(&mut |p| area += p.area_m2);
         area
     }
 
     #[test]
-    fn known_members_have_their_areas() {
+    fn known_surfaces_have_their_areas() {
         let ball = with([0.6; 3], [1.0, 1.0]);
         assert!((area(&ball) - PI * 0.36).abs() < 1e-6, "{}", area(&ball));
         // Prolate spheroid, half axes .2 .2 .3: 2 pi a^2 (1 + c / (a e) asin e).
@@ -253,16 +256,16 @@ mod tests {
     }
 
     #[test]
-    fn points_on_it_are_at_distance_zero_and_normals_point_out() {
+    fn points_on_the_surface_are_at_distance_zero_and_normals_point_outwards() {
         for exponents in [[1.0, 1.0], [0.3, 0.8], [1.6, 0.5], [0.1, 0.1]] {
             let s = with([0.4, 0.7, 0.5], exponents);
-            s.whole(&mut |p| {
-                assert!(s.distance_m(&p.at).abs() < 1e-9);
-                let normal = s.normal_at(&p.at).expect("off the centre");
+            s.for_each_ideal(&mut |p| {
+                assert!(s.distance_m(&p.position).abs() < 1e-9);
+                let normal = s.normal_at(&p.position).expect("off the centre");
                 assert!((normal - p.normal).norm() < 1e-6, "{normal} {p:?}");
-                assert!(normal.dot(&(p.at - s.centre)) > 0.0);
-                let sensor = p.at + normal;
-                let out = s.visible_distance_m(&(p.at + normal * 1e-4), &sensor);
+                assert!(normal.dot(&(p.position - s.centre)) > 0.0);
+                let sensor = p.position + normal;
+                let out = s.visible_distance_m(&(p.position + normal * 1e-4), &sensor);
                 assert!(out > 0.0 && out < 2e-4, "{out}");
             });
             assert!(s.distance_m(&s.centre) < 0.0);
@@ -278,12 +281,12 @@ mod tests {
     }
 
     #[test]
-    fn a_point_at_the_hidden_side_lies_a_thickness_deep() {
+    fn a_point_on_the_hidden_side_is_as_deep_as_the_body() {
         let ball = with([0.6; 3], [1.0, 1.0]);
         let sensor = ball.centre + Vector3::new(2.0, 0.0, 0.0);
         let back = ball.centre - Vector3::new(0.3, 0.0, 0.0);
         assert!((ball.visible_distance_m(&back, &sensor) + 0.6).abs() < 1e-6);
-        // Beside the body, on its far half, nothing stands in front.
+        // Beside the body, on its far half, nothing is in front.
         let beside = ball.centre + Vector3::new(-0.1, 0.35, 0.0);
         assert!(ball.visible_distance_m(&beside, &sensor) > 0.05);
     }

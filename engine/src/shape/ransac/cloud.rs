@@ -1,35 +1,35 @@
-//! The caller's points as the search sees them: which of them take part, and the frame about them.
+//! The points of the caller that are still searched, and the frame of the search.
 
-use super::sample::Sample;
+use super::sample::PointSample;
 use nalgebra::{Point3, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Oriented points, borrowed; a place is an index into what the caller gave.
+/// Oriented points of the caller; indices are the caller's.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Cloud<'a> {
     points: &'a [Point3<f64>],
     /// Unit normals, of either sign.
     normals: &'a [Vector3<f64>],
-    /// Places of the points that take part, rising; `None` while all do.
-    left: Option<Vec<u32>>,
-    /// Origin of this frame in the caller's: a point of the cloud.
+    /// Indices of the points that take part, rising; `None` while all do.
+    active_indices: Option<Vec<u32>>,
+    /// Origin of this frame in the caller's frame: a point of the cloud.
     pub origin: Point3<f64>,
-    /// Least coordinates of all points, in this frame, metres.
+    /// Lower corner of the box around all points, in this frame, metres.
     pub low: [f32; 3],
-    /// Lengths of the box around all points, metres.
+    /// Sides of that box, metres.
     pub sides_m: Vector3<f64>,
 }
 
-/// Some points, those of all places or of a few.
-pub(super) enum Part<'a> {
+/// The points that take part: all, or those at some indices.
+pub(super) enum ActivePoints<'a> {
     All(&'a [Point3<f64>], &'a [Vector3<f64>]),
-    At(&'a [u32]),
+    Indices(&'a [u32]),
 }
 
 impl<'a> Cloud<'a> {
     /// All points that are finite and have a finite normal.
-    pub fn of(points: &'a [Point3<f64>], normals: &'a [Vector3<f64>]) -> Self {
+    pub fn new(points: &'a [Point3<f64>], normals: &'a [Vector3<f64>]) -> Self {
         let finite = |v: [f64; 3]| v.iter().all(|c| (*c as f32).is_finite());
         let origin = points.iter().find(|p| finite((**p).into()));
         let origin = origin.copied().unwrap_or_default();
@@ -41,21 +41,26 @@ impl<'a> Cloud<'a> {
             origin,
             ..Self::default()
         };
-        // One test of the extremes stands for one of every point.
-        let (all, lean) = (Ends::of(points), Ends::of(normals));
-        let sound = |v: &Vector3<f64>| finite((*v).into());
+        // Testing the extremes tests every point.
+        let (all, normal_extremes) = (Extremes::new(points), Extremes::new(normals));
+        let finite_vector = |v: &Vector3<f64>| finite((*v).into());
         let from = origin.coords;
-        let extremes = [all.low - from, all.high - from, lean.low, lean.high];
+        let extremes = [
+            all.low - from,
+            all.high - from,
+            normal_extremes.low,
+            normal_extremes.high,
+        ];
         let mut ends = all;
-        if !(all.numbers & lean.numbers & extremes.iter().all(sound)) {
+        if !(all.all_finite & normal_extremes.all_finite & extremes.iter().all(finite_vector)) {
             let takes_part = |k: &u32| {
                 let k = *k as usize;
-                sound(&(points[k] - origin)) && sound(&normals[k])
+                finite_vector(&(points[k] - origin)) && finite_vector(&normals[k])
             };
-            let left: Vec<u32> = (0..count as u32).filter(takes_part).collect();
-            let those: Vec<_> = left.iter().map(|&k| points[k as usize]).collect();
-            ends = Ends::of(&those);
-            cloud.left = Some(left);
+            let active_indices: Vec<u32> = (0..count as u32).filter(takes_part).collect();
+            let those: Vec<_> = active_indices.iter().map(|&k| points[k as usize]).collect();
+            ends = Extremes::new(&those);
+            cloud.active_indices = Some(active_indices);
         }
         if cloud.len() > 0 {
             cloud.low = (ends.low - origin.coords).map(|v| v as f32).into();
@@ -65,31 +70,32 @@ impl<'a> Cloud<'a> {
     }
 
     pub fn len(&self) -> usize {
-        self.left.as_ref().map_or(self.points.len(), Vec::len)
+        self.active_indices
+            .as_ref()
+            .map_or(self.points.len(), Vec::len)
     }
 
-    /// Length of the box's diagonal, metres.
+    /// Diagonal of the box, metres.
     pub fn diagonal_m(&self) -> f64 {
         self.sides_m.norm()
     }
 
-    /// Those that take part.
-    pub fn part(&self) -> Part<'_> {
-        match &self.left {
-            None => Part::All(self.points, self.normals),
-            Some(left) => Part::At(left),
+    pub fn active(&self) -> ActivePoints<'_> {
+        match &self.active_indices {
+            None => ActivePoints::All(self.points, self.normals),
+            Some(active_indices) => ActivePoints::Indices(active_indices),
         }
     }
 
-    /// Place of point `k` in this frame; the origin if there is none.
-    pub fn place(&self, k: u32) -> Vector3<f64> {
+    /// Position of point `k` in this frame; the origin if there is none.
+    pub fn position(&self, k: u32) -> Vector3<f64> {
         let point = self.points.get(k as usize);
         point.map_or_else(Vector3::zeros, |p| p - self.origin)
     }
 
-    /// Point `k` as the caller gave it and its normal; zeros if there is none.
+    /// Point `k` in the caller's frame and its normal; zeros if there is none.
     #[inline(always)]
-    pub fn given(&self, k: u32) -> (Point3<f64>, Vector3<f64>) {
+    pub fn oriented_point(&self, k: u32) -> (Point3<f64>, Vector3<f64>) {
         let k = k as usize;
         match (self.points.get(k), self.normals.get(k)) {
             (Some(p), Some(n)) => (*p, *n),
@@ -97,53 +103,55 @@ impl<'a> Cloud<'a> {
         }
     }
 
-    /// `count` different points (all, if there are fewer) in random order.
-    pub fn sample(&self, count: usize, rng: &mut ChaCha8Rng) -> Sample {
-        let drawn = different(count.min(self.len()), self.len(), rng);
-        let mut sample = Sample::with_room(drawn.len(), self.low, self.sides_m);
+    /// `count` distinct points (all, if there are fewer) in random order.
+    pub fn sample(&self, count: usize, rng: &mut ChaCha8Rng) -> PointSample {
+        let drawn = distinct(count.min(self.len()), self.len(), rng);
+        let mut sample = PointSample::with_capacity(drawn.len(), self.low, self.sides_m);
         for k in drawn {
-            let place = self.left.as_ref().map_or(k, |left| left[k as usize]);
-            let (point, normal) = self.given(place);
+            let index = self
+                .active_indices
+                .as_ref()
+                .map_or(k, |active| active[k as usize]);
+            let (point, normal) = self.oriented_point(index);
             sample.push(&(point - self.origin), &normal);
         }
         sample
     }
 
-    /// Takes out the points at `places` (rising).
-    pub fn remove(&mut self, places: &[u32]) {
-        let mut stays = vec![true; self.points.len()];
-        places.iter().for_each(|&k| stays[k as usize] = false);
-        self.left = Some(match self.left.take() {
-            None => staying(0..self.points.len() as u32, &stays),
-            Some(left) => staying(left.into_iter(), &stays),
+    /// Removes the points at `indices` (rising).
+    pub fn remove(&mut self, indices: &[u32]) {
+        let mut keep = vec![true; self.points.len()];
+        indices.iter().for_each(|&k| keep[k as usize] = false);
+        self.active_indices = Some(match self.active_indices.take() {
+            None => retained(0..self.points.len() as u32, &keep),
+            Some(active_indices) => retained(active_indices.into_iter(), &keep),
         });
     }
 }
 
-fn staying(places: impl ExactSizeIterator<Item = u32>, stays: &[bool]) -> Vec<u32> {
-    // Every place is written and the next one overwrites it unless it stays.
-    let mut kept = vec![0; places.len() + 1];
+fn retained(indices: impl ExactSizeIterator<Item = u32>, keep: &[bool]) -> Vec<u32> {
+    // Every index is written, and overwritten by the next one unless it is kept.
+    let mut kept = vec![0; indices.len() + 1];
     let mut count = 0;
-    for k in places {
+    for k in indices {
         kept[count] = k;
-        count += usize::from(stays[k as usize]);
+        count += usize::from(keep[k as usize]);
     }
     kept.truncate(count);
     kept
 }
 
-/// Least and greatest of each of three coordinates; infinities of none.
+/// Least and greatest of each of three coordinates; infinities if there is no point.
 #[derive(Debug, Clone, Copy)]
-struct Ends {
+struct Extremes {
     low: Vector3<f64>,
     high: Vector3<f64>,
-    /// Whether all are finite.
-    numbers: bool,
+    all_finite: bool,
 }
 
-impl Ends {
-    fn of<T: Copy + Into<[f64; 3]>>(all: &[T]) -> Self {
-        // Four at a time, each for itself until the end, so that they share instructions.
+impl Extremes {
+    fn new<T: Copy + Into<[f64; 3]>>(all: &[T]) -> Self {
+        // Four accumulators, so that they share vector instructions.
         let mut low = [[f64::INFINITY; 3]; 4];
         let mut high = [[f64::NEG_INFINITY; 3]; 4];
         let mut zero = [[0.0; 3]; 4];
@@ -160,7 +168,7 @@ impl Ends {
                 } else {
                     high[j][k]
                 };
-                // Not a number from the first infinity on.
+                // NaN from the first value on that is not finite.
                 zero[j][k] += one[k] * 0.0;
             }
         };
@@ -178,22 +186,22 @@ impl Ends {
                 .map(Vector3::from)
                 .into_iter()
                 .fold(high[0].into(), |a, b| a.sup(&b)),
-            numbers: zero.as_flattened().iter().all(|&v| v == 0.0),
+            all_finite: zero.as_flattened().iter().all(|&v| v == 0.0),
         }
     }
 }
 
-/// `count` different numbers below `of` in random order.
-fn different(count: usize, of: usize, rng: &mut ChaCha8Rng) -> Vec<u32> {
-    if 2 * count > of {
-        let all = rand::seq::index::sample(rng, of, count);
+/// `count` distinct numbers below `below` in random order.
+fn distinct(count: usize, below: usize, rng: &mut ChaCha8Rng) -> Vec<u32> {
+    if 2 * count > below {
+        let all = rand::seq::index::sample(rng, below, count);
         return all.into_iter().map(|k| k as u32).collect();
     }
-    // Few among many: hardly one is drawn twice, and no list of all is needed.
-    let mut taken = vec![false; of];
+    // Few among many: duplicates are rare, and no list of all numbers is needed.
+    let mut taken = vec![false; below];
     let mut drawn = Vec::with_capacity(count);
     while drawn.len() < count {
-        let k = rng.random_range(0..of as u32);
+        let k = rng.random_range(0..below as u32);
         if !std::mem::replace(&mut taken[k as usize], true) {
             drawn.push(k);
         }
@@ -203,7 +211,7 @@ fn different(count: usize, of: usize, rng: &mut ChaCha8Rng) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cloud, Part};
+    use super::{ActivePoints, Cloud};
     use nalgebra::{Point3, Vector3};
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
@@ -213,27 +221,27 @@ mod tests {
         (points.collect(), vec![Vector3::z(); n as usize])
     }
 
-    fn left(cloud: &Cloud) -> Vec<u32> {
-        match cloud.part() {
-            Part::All(points, _) => (0..points.len() as u32).collect(),
-            Part::At(places) => places.to_vec(),
+    fn active_indices(cloud: &Cloud) -> Vec<u32> {
+        match cloud.active() {
+            ActivePoints::All(points, _) => (0..points.len() as u32).collect(),
+            ActivePoints::Indices(indices) => indices.to_vec(),
         }
     }
 
     #[test]
-    fn coordinates_are_from_a_point_of_the_cloud() {
+    fn coordinates_are_relative_to_a_point_of_the_cloud() {
         let (points, normals) = row(101);
-        let cloud = Cloud::of(&points, &normals);
+        let cloud = Cloud::new(&points, &normals);
         assert_eq!(cloud.origin, Point3::new(1e6, 0.0, 3.0));
-        assert_eq!(cloud.place(50), Vector3::new(50.0, -50.0, 0.0));
-        assert_eq!(cloud.place(101), Vector3::zeros());
+        assert_eq!(cloud.position(50), Vector3::new(50.0, -50.0, 0.0));
+        assert_eq!(cloud.position(101), Vector3::zeros());
         assert_eq!(cloud.low, [0.0, -100.0, 0.0]);
         assert_eq!(cloud.sides_m, Vector3::new(100.0, 100.0, 0.0));
-        assert_eq!(cloud.given(7), (points[7], Vector3::z()));
+        assert_eq!(cloud.oriented_point(7), (points[7], Vector3::z()));
     }
 
     #[test]
-    fn what_is_not_finite_takes_no_part() {
+    fn points_that_are_not_finite_take_no_part() {
         let mut points = vec![Point3::new(1.0, 2.0, 3.0); 6];
         points[0].z = f64::INFINITY;
         points[1].y = f64::NAN;
@@ -241,18 +249,18 @@ mod tests {
         let mut normals = vec![Vector3::x(); 6];
         normals[3].x = f64::NAN;
         normals[5].y = 1e300;
-        let cloud = Cloud::of(&points, &normals);
-        assert_eq!(left(&cloud), [2]);
+        let cloud = Cloud::new(&points, &normals);
+        assert_eq!(active_indices(&cloud), [2]);
         assert_eq!((cloud.low, cloud.sides_m), ([0.0; 3], Vector3::zeros()));
-        assert!(cloud.place(2).norm() < 1e-12);
-        let none = Cloud::of(&points[..2], &normals[..2]);
+        assert!(cloud.position(2).norm() < 1e-12);
+        let none = Cloud::new(&points[..2], &normals[..2]);
         assert_eq!((none.len(), none.diagonal_m()), (0, 0.0));
         // Normals of some of the points only.
-        assert_eq!(Cloud::of(&points[2..], &normals[..1]).len(), 1);
+        assert_eq!(Cloud::new(&points[2..], &normals[..1]).len(), 1);
     }
 
     #[test]
-    fn points_taken_out_leave_the_others_in_order() {
+    fn removed_points_leave_the_others_in_order() {
         let (points, normals) = row(10);
         for gone in [
             &[][..],
@@ -262,23 +270,23 @@ mod tests {
             &[3, 5, 6],
             &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9],
         ] {
-            let mut cloud = Cloud::of(&points, &normals);
+            let mut cloud = Cloud::new(&points, &normals);
             cloud.remove(gone);
             let mut kept: Vec<u32> = (0..10).filter(|k| !gone.contains(k)).collect();
-            assert_eq!(left(&cloud), kept);
-            // And again: places stay the caller's.
+            assert_eq!(active_indices(&cloud), kept);
+            // And again: indices stay the caller's.
             if let Some(last) = kept.pop() {
                 cloud.remove(&[last]);
-                assert_eq!(left(&cloud), kept);
+                assert_eq!(active_indices(&cloud), kept);
                 assert_eq!(cloud.len(), kept.len());
             }
         }
     }
 
     #[test]
-    fn a_sample_has_no_point_twice_and_none_that_was_taken_out() {
+    fn a_sample_has_no_point_twice_and_no_removed_one() {
         let (points, normals) = row(100);
-        let mut cloud = Cloud::of(&points, &normals);
+        let mut cloud = Cloud::new(&points, &normals);
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         for (from, count) in [
             (0, 0),
@@ -292,7 +300,7 @@ mod tests {
             cloud.remove(&(0..from).collect::<Vec<u32>>());
             let sample = cloud.sample(count, &mut rng);
             let mut drawn: Vec<i64> = (0..sample.len() as u32)
-                .map(|k| sample.place(k).x as i64)
+                .map(|k| sample.position(k).x as i64)
                 .collect();
             drawn.sort_unstable();
             drawn.dedup();
@@ -302,9 +310,9 @@ mod tests {
     }
 
     #[test]
-    fn every_point_is_sampled_as_often_as_any_other() {
+    fn all_points_are_sampled_equally_often() {
         let (points, normals) = row(30);
-        let cloud = Cloud::of(&points, &normals);
+        let cloud = Cloud::new(&points, &normals);
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         // Both ways of drawing; binomial, five standard deviations.
         for count in [6, 24] {
@@ -312,9 +320,9 @@ mod tests {
             let mut drawn = [0.0f64; 30];
             for _ in 0..6000 {
                 let sample = cloud.sample(count, &mut rng);
-                firsts[sample.place(0).x as usize] += 1.0;
+                firsts[sample.position(0).x as usize] += 1.0;
                 for k in 0..count as u32 {
-                    drawn[sample.place(k).x as usize] += 1.0;
+                    drawn[sample.position(k).x as usize] += 1.0;
                 }
             }
             let share = count as f64 / 30.0;

@@ -1,6 +1,6 @@
-//! Samples on the surfaces of a mixture's ellipsoids (section IV.A, Eq. 8-9).
+//! Samples on the surfaces of a mixture's ellipsoids (paper section IV.A, Eq. 8-9).
 
-use super::constants::{DRAWS_PER_SAMPLE, LEAST_AXIS_M};
+use super::constants::{DRAWS_PER_SAMPLE, MIN_SEMI_AXIS_M};
 use crate::mixture::Mixture;
 use nalgebra::{Matrix3, Point3, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -16,18 +16,17 @@ struct Ellipsoid {
 }
 
 impl Ellipsoid {
-    /// ln of p_k g(x; mu_k, Sigma_k), less a constant.
+    /// ln of p_k g(x; mu_k, Sigma_k), up to a constant.
     fn log_share(&self, x: &Point3<f64>) -> f64 {
         let z = (self.axes.transpose() * (x - self.mean)).component_div(&self.sd);
         self.weight.ln() - self.sd.product().ln() - z.norm_squared() / 2.0
     }
 }
 
-/// `count` points, uniform by area, on the ellipsoids whose semi-axes are `scale` standard
-/// deviations along each component's eigenvectors, and the outward unit normals there. A component
-/// is drawn with probability p_k; a sample counts only where its own component is the most
-/// probable one (the posterior of Eq. 8), which leaves the outside of overlapping ellipsoids.
-/// Fewer samples come back where that leaves next to nothing.
+/// `count` points, uniform by area, on the ellipsoids whose semi-axes are `scale` standard deviations along each component's
+/// eigenvectors, and the outward unit normals there. A component is drawn with probability p_k; a sample is kept only where
+/// its own component is the most probable one (the posterior of paper Eq. 8), which leaves the outside of overlapping
+/// ellipsoids. Fewer samples are returned where that leaves next to nothing.
 pub fn surface_samples(
     mixture: &Mixture,
     count: usize,
@@ -46,7 +45,7 @@ pub fn surface_samples(
                 axes: eigen.eigenvectors,
                 sd: eigen
                     .eigenvalues
-                    .map(|l| l.max(0.0).sqrt().max(LEAST_AXIS_M)),
+                    .map(|l| l.max(0.0).sqrt().max(MIN_SEMI_AXIS_M)),
                 weight,
             }
         })
@@ -72,7 +71,7 @@ pub fn surface_samples(
             &UnitSphere,
             &mut rng,
         ));
-        // Stretching the unit sphere stretches area by |A^-T u| det A.
+        // Scaling the unit sphere by A scales its area by |A^-T u| det A.
         let gradient = u.component_div(&e.sd);
         if rng.random::<f64>() > gradient.norm() * e.sd.min() {
             continue;
@@ -106,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_lie_on_the_ellipsoid_and_normals_stand_on_it() {
+    fn samples_are_on_the_ellipsoid_and_normals_are_perpendicular() {
         let mixture = Mixture {
             weights: vec![1.0],
             components: vec![component([1.0, 2.0, 3.0], [0.3, 0.1, 0.2])],
@@ -124,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_of_a_ball_are_uniform_by_area() {
+    fn samples_of_a_sphere_are_uniform_by_area() {
         let mixture = Mixture {
             weights: vec![1.0],
             components: vec![component([0.0; 3], [1.0; 3])],
@@ -135,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn no_sample_lies_inside_a_heavier_neighbour() {
+    fn no_sample_is_inside_another_component() {
         let mixture = Mixture {
             weights: vec![0.5, 0.5],
             components: vec![

@@ -1,87 +1,86 @@
 //! Surfaces from minimal sets of oriented points (Schnabel section 4.1).
 
-use super::constants::{LEAST_SINE, OWN_EPSILONS};
+use super::constants::{MIN_SINE, MINIMAL_SET_EPSILONS};
 use super::score::Tolerance;
-use super::surface::{Surface, across};
+use super::surface::{UnboundedSurface, across};
 use nalgebra::{Matrix2, Matrix3, Unit, Vector2, Vector3};
 
-/// A place and the unit normal there, of either sign.
-pub(super) type Oriented = (Vector3<f64>, Vector3<f64>);
+/// Position and unit normal of either sign.
+pub(super) type OrientedPoint = (Vector3<f64>, Vector3<f64>);
 
-/// The plane, sphere and cylinder that three oriented points suggest. Those that fail one of the
-/// three points themselves, or are larger than `largest_m`, are left out.
-pub(super) fn suggested(
-    three: &[Oriented; 3],
+/// The plane, sphere and cylinder through three oriented points, as far as all three are their inliers and their radius is
+/// below `max_radius_m`.
+pub(super) fn propose_surfaces(
+    three: &[OrientedPoint; 3],
     tolerance: Tolerance,
-    largest_m: f64,
-) -> impl Iterator<Item = Surface> + use<> {
-    let own = tolerance.widened(OWN_EPSILONS);
+    max_radius_m: f64,
+) -> impl Iterator<Item = UnboundedSurface> + use<> {
+    let tolerance = tolerance.widened(MINIMAL_SET_EPSILONS);
     let three = *three;
     [plane(&three), sphere(&three), cylinder(&three)]
         .into_iter()
         .flatten()
         .filter(move |surface| {
-            surface.is_sane()
-                && surface.radius_m().is_none_or(|r| r < largest_m)
-                && three.iter().all(|(p, n)| own.accepts(surface, p, n))
+            surface.is_valid()
+                && surface.radius_m().is_none_or(|r| r < max_radius_m)
+                && three.iter().all(|(p, n)| tolerance.accepts(surface, p, n))
         })
 }
 
-/// Through three points; their normals only confirm it (Schnabel section 4.1, whose minimal set of a
-/// plane is three points too): three places within a cell fix it better than one noisy normal.
-fn plane(three: &[Oriented; 3]) -> Option<Surface> {
+/// Through three points, as in Schnabel section 4.1; the normals only confirm it. Three positions within a cell fix a plane
+/// better than one noisy normal.
+fn plane(three: &[OrientedPoint; 3]) -> Option<UnboundedSurface> {
     let [(a, _), (b, _), (c, _)] = three;
-    // Relative to the triangle's own size, so that a millimetre is as good as a hundred metres.
+    // Relative to the size of the triangle, so that the scale does not matter.
     let (ab, ac) = (b - a, c - a);
-    let least = LEAST_SINE * ab.norm() * ac.norm();
+    let least = MIN_SINE * ab.norm() * ac.norm();
     let normal = Unit::try_new(ab.cross(&ac), least)?;
-    Some(Surface::Plane {
+    Some(UnboundedSurface::Plane {
         normal,
         offset_m: normal.dot(a),
     })
 }
 
-/// The centre is the point nearest to the three lines along the normals, the radius the mean
-/// distance. Two normals would do; the third halves their error.
-fn sphere(three: &[Oriented; 3]) -> Option<Surface> {
+/// The centre is the point nearest to the three lines along the normals, the radius the mean distance. Two normals would
+/// suffice; the third halves their error.
+fn sphere(three: &[OrientedPoint; 3]) -> Option<UnboundedSurface> {
     let mut projections = Matrix3::zeros();
-    let mut right = Vector3::zeros();
+    let mut right_side = Vector3::zeros();
     for (p, n) in three {
         let off_line = Matrix3::identity() - n * n.transpose();
         projections += off_line;
-        right += off_line * p;
+        right_side += off_line * p;
     }
     // With all normals parallel one direction stays open: the determinant is 9 sin^2 or less.
-    if projections.determinant() < LEAST_SINE * LEAST_SINE {
+    if projections.determinant() < MIN_SINE * MIN_SINE {
         return None;
     }
-    let centre = projections.try_inverse()? * right;
+    let centre = projections.try_inverse()? * right_side;
     let radius_m = three.iter().map(|(p, _)| (p - centre).norm()).sum::<f64>() / 3.0;
-    Some(Surface::Sphere { centre, radius_m })
+    Some(UnboundedSurface::Sphere { centre, radius_m })
 }
 
-/// The axis lies across the two normals that differ most; seen along it, its point is the one
-/// nearest to the three lines along the normals.
-fn cylinder(three: &[Oriented; 3]) -> Option<Surface> {
+/// The axis is perpendicular to the two normals that differ most, and passes nearest to the three lines along the normals.
+fn cylinder(three: &[OrientedPoint; 3]) -> Option<UnboundedSurface> {
     let [(_, n0), (_, n1), (_, n2)] = three;
     let widest = [n0.cross(n1), n0.cross(n2), n1.cross(n2)]
         .into_iter()
         .max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()))?;
-    let axis = Unit::try_new(widest, LEAST_SINE)?;
+    let axis = Unit::try_new(widest, MIN_SINE)?;
     let e1 = crate::shape::primitive::perpendicular(&axis).into_inner();
     let e2 = axis.cross(&e1);
     let mut projections = Matrix2::zeros();
-    let mut right = Vector2::zeros();
+    let mut right_side = Vector2::zeros();
     for (p, n) in three {
-        let flat = Vector2::new(n.dot(&e1), n.dot(&e2)).try_normalize(LEAST_SINE)?;
+        let flat = Vector2::new(n.dot(&e1), n.dot(&e2)).try_normalize(MIN_SINE)?;
         let off_line = Matrix2::identity() - flat * flat.transpose();
         projections += off_line;
-        right += off_line * Vector2::new(p.dot(&e1), p.dot(&e2));
+        right_side += off_line * Vector2::new(p.dot(&e1), p.dot(&e2));
     }
-    let at = projections.try_inverse()? * right;
-    let point = e1 * at.x + e2 * at.y;
-    let distance = |(p, _): &Oriented| across(&(p - point), &axis).norm();
-    Some(Surface::Cylinder {
+    let foot = projections.try_inverse()? * right_side;
+    let point = e1 * foot.x + e2 * foot.y;
+    let distance = |(p, _): &OrientedPoint| across(&(p - point), &axis).norm();
+    Some(UnboundedSurface::Cylinder {
         point,
         axis,
         radius_m: three.iter().map(distance).sum::<f64>() / 3.0,
@@ -90,7 +89,7 @@ fn cylinder(three: &[Oriented; 3]) -> Option<Surface> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Oriented, Surface, suggested};
+    use super::{OrientedPoint, UnboundedSurface, propose_surfaces};
     use crate::shape::ransac::score::Tolerance;
     use nalgebra::{Unit, Vector3};
     use proptest::prelude::*;
@@ -107,11 +106,11 @@ mod tests {
             .prop_map(|v| v.normalize())
     }
 
-    fn place() -> impl Strategy<Value = Vector3<f64>> {
+    fn position() -> impl Strategy<Value = Vector3<f64>> {
         prop::array::uniform3(-5.0f64..5.0).prop_map(Vector3::from)
     }
 
-    fn spread(three: &[Vector3<f64>; 3]) -> bool {
+    fn well_spread(three: &[Vector3<f64>; 3]) -> bool {
         let [a, b, c] = three;
         let wide = |a: &Vector3<f64>, b: &Vector3<f64>| a.cross(b).norm() > 0.3;
         wide(a, b) && wide(b, c) && wide(a, c)
@@ -119,15 +118,15 @@ mod tests {
 
     proptest! {
         #[test]
-        fn exact_points_of_a_sphere_give_it_back(
-            centre in place(), radius in 0.05f64..5.0, on in [direction(), direction(), direction()],
+        fn exact_points_of_a_sphere_give_that_sphere(
+            centre in position(), radius in 0.05f64..5.0, on in [direction(), direction(), direction()],
             flip in any::<bool>(),
         ) {
-            prop_assume!(spread(&on));
+            prop_assume!(well_spread(&on));
             let sign = if flip { -1.0 } else { 1.0 };
-            let three: [Oriented; 3] = on.map(|n| (centre + n * radius, n * sign));
-            let found = suggested(&three, NEAR, 100.0).find_map(|s| match s {
-                Surface::Sphere { centre, radius_m } => Some((centre, radius_m)),
+            let three: [OrientedPoint; 3] = on.map(|n| (centre + n * radius, n * sign));
+            let found = propose_surfaces(&three, NEAR, 100.0).find_map(|s| match s {
+                UnboundedSurface::Sphere { centre, radius_m } => Some((centre, radius_m)),
                 _ => None,
             });
             let (c, r) = found.expect("a sphere");
@@ -135,20 +134,20 @@ mod tests {
         }
 
         #[test]
-        fn exact_points_of_a_cylinder_give_it_back(
-            point in place(), axis in direction(), radius in 0.05f64..3.0,
-            at in prop::array::uniform3((0.0f64..std::f64::consts::TAU, -3.0f64..3.0)),
+        fn exact_points_of_a_cylinder_give_that_cylinder(
+            point in position(), axis in direction(), radius in 0.05f64..3.0,
+            coordinates in prop::array::uniform3((0.0f64..std::f64::consts::TAU, -3.0f64..3.0)),
         ) {
             let axis = Unit::new_normalize(axis);
             let e1 = crate::shape::primitive::perpendicular(&axis).into_inner();
             let e2 = axis.cross(&e1);
-            let on = at.map(|(angle, _)| e1 * angle.cos() + e2 * angle.sin());
-            prop_assume!(spread(&on));
-            let three: [Oriented; 3] = std::array::from_fn(|k| {
-                (point + on[k] * radius + axis.as_ref() * at[k].1, on[k])
+            let on = coordinates.map(|(angle, _)| e1 * angle.cos() + e2 * angle.sin());
+            prop_assume!(well_spread(&on));
+            let three: [OrientedPoint; 3] = std::array::from_fn(|k| {
+                (point + on[k] * radius + axis.as_ref() * coordinates[k].1, on[k])
             });
-            let found = suggested(&three, NEAR, 100.0).find_map(|s| match s {
-                Surface::Cylinder { point, axis, radius_m } => Some((point, axis, radius_m)),
+            let found = propose_surfaces(&three, NEAR, 100.0).find_map(|s| match s {
+                UnboundedSurface::Cylinder { point, axis, radius_m } => Some((point, axis, radius_m)),
                 _ => None,
             });
             let (p, a, r) = found.expect("a cylinder");
@@ -157,18 +156,18 @@ mod tests {
         }
 
         #[test]
-        fn exact_points_of_a_plane_give_it_and_nothing_else(
-            at in place(), normal in direction(), uv in prop::array::uniform6(-2.0f64..2.0),
+        fn exact_points_of_a_plane_give_that_plane_alone(
+            origin in position(), normal in direction(), uv in prop::array::uniform6(-2.0f64..2.0),
         ) {
             let normal = Unit::new_normalize(normal);
             let e1 = crate::shape::primitive::perpendicular(&normal).into_inner();
             let e2 = normal.cross(&e1);
             let points: [Vector3<f64>; 3] =
-                std::array::from_fn(|k| at + e1 * uv[2 * k] + e2 * uv[2 * k + 1]);
+                std::array::from_fn(|k| origin + e1 * uv[2 * k] + e2 * uv[2 * k + 1]);
             let (ab, ac) = (points[1] - points[0], points[2] - points[0]);
             prop_assume!(ab.cross(&ac).norm() > 0.2 * ab.norm() * ac.norm());
             let three = points.map(|p| (p, normal.into_inner()));
-            let found: Vec<_> = suggested(&three, NEAR, 100.0).collect();
+            let found: Vec<_> = propose_surfaces(&three, NEAR, 100.0).collect();
             prop_assert_eq!(found.len(), 1);
             prop_assert!(points.iter().all(|p| found[0].distance_m(p).abs() < 1e-9));
             let along = found[0].normal_at(&Vector3::zeros()).map_or(0.0, |n| n.dot(&normal));
@@ -176,29 +175,29 @@ mod tests {
         }
 
         #[test]
-        fn what_fails_its_own_normals_is_not_suggested(
-            centre in place(), on in [direction(), direction(), direction()], wrong in direction(),
+        fn surfaces_that_contradict_the_normals_are_not_proposed(
+            centre in position(), on in [direction(), direction(), direction()], wrong in direction(),
         ) {
-            prop_assume!(spread(&on) && on[2].cross(&wrong).norm() > 0.5);
-            let mut three: [Oriented; 3] = on.map(|n| (centre + n, n));
+            prop_assume!(well_spread(&on) && on[2].cross(&wrong).norm() > 0.5);
+            let mut three: [OrientedPoint; 3] = on.map(|n| (centre + n, n));
             three[2].1 = wrong;
-            for s in suggested(&three, NEAR, 100.0) {
+            for s in propose_surfaces(&three, NEAR, 100.0) {
                 prop_assert!(three.iter().all(|(p, n)| NEAR.widened(2.0).accepts(&s, p, n)));
-                let round = matches!(s, Surface::Sphere { .. });
+                let round = matches!(s, UnboundedSurface::Sphere { .. });
                 prop_assert!(!round);
             }
         }
     }
 
     #[test]
-    fn sets_without_a_surface_suggest_none() {
+    fn degenerate_sets_propose_nothing() {
         let same = (Vector3::new(1.0, 2.0, 3.0), Vector3::z());
         let zero = (Vector3::x(), Vector3::zeros());
         let bad = (Vector3::new(f64::NAN, 0.0, 0.0), Vector3::z());
         for one in [same, zero, bad] {
-            assert_eq!(suggested(&[one; 3], NEAR, 10.0).count(), 0);
+            assert_eq!(propose_surfaces(&[one; 3], NEAR, 10.0).count(), 0);
         }
         let line = [0.0, 1.0, 2.0].map(|x| (Vector3::x() * x, Vector3::z()));
-        assert_eq!(suggested(&line, NEAR, 10.0).count(), 0);
+        assert_eq!(propose_surfaces(&line, NEAR, 10.0).count(), 0);
     }
 }

@@ -1,5 +1,5 @@
-//! Method A, section IV.A: random sampling consensus after Schnabel, Wahl and Klein (2007), and
-//! the samples on the ellipsoids that it consumes.
+//! Method A (paper section IV.A): random sample consensus after Schnabel, Wahl and Klein (2007), and the samples on
+//! ellipsoids that it may be given.
 
 mod bitmap;
 mod candidate;
@@ -10,20 +10,20 @@ mod detect;
 mod ellipsoid;
 mod extent;
 mod fit;
+mod kd_tree;
 mod minimal;
-mod neighbours;
 mod normals;
 mod octree;
 mod patch;
 mod sample;
-#[cfg(test)]
-mod scenes;
 mod score;
 mod search;
 mod surface;
+#[cfg(test)]
+mod tests;
 
-pub(super) use classes::{Judged, classes};
-pub use detect::{Detected, RansacSettings, detect, remainder};
+pub(super) use classes::{ClassFit, fit_classes};
+pub use detect::{Detected, RansacSettings, detect};
 pub use ellipsoid::surface_samples;
 pub(super) use extent::smallest_rectangle;
 pub use normals::estimate_normals;

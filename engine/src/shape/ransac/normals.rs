@@ -1,19 +1,18 @@
-//! Normals of a bare cloud: the least principal axis of each point's neighbourhood.
+//! Normals of a bare cloud: the least principal axis of the points around each point.
 
 use super::constants::{SPACING_POINTS, SPACING_QUERIES};
-use super::neighbours::Neighbours;
+use super::kd_tree::KdTree;
 use crate::mixture::Gaussian;
 use nalgebra::{Point3, Vector3};
 
-/// One unit normal per point from its `neighbours` nearest points (at least 3), turned towards
-/// `sensor`. A point whose neighbourhood has no plane (fewer than three points, or all in one
-/// place) gets the direction to the sensor.
+/// One unit normal per point from its `neighbours` nearest points (at least 3), oriented towards `sensor`. A point without a
+/// plane around it (fewer than three points, or all at one position) gets the direction to the sensor.
 pub fn estimate_normals(
     points: &[Point3<f64>],
     sensor: &Point3<f64>,
     neighbours: usize,
 ) -> Vec<Vector3<f64>> {
-    let tree = Neighbours::new(points);
+    let tree = KdTree::new(points);
     let mut near = Vec::new();
     points
         .iter()
@@ -22,7 +21,7 @@ pub fn estimate_normals(
             let found = tree.nearest(p, neighbours.max(3));
             near.extend(found.iter().filter_map(|(_, i)| points.get(*i as usize)));
             let towards = (sensor - p).try_normalize(1e-12).unwrap_or_else(Vector3::z);
-            let normal = Gaussian::of_points(&near)
+            let normal = Gaussian::from_points(&near)
                 .filter(|g| near.len() >= 3 && g.covariance.trace() > 1e-18)
                 .map(|g| {
                     let eigen = g.covariance.symmetric_eigen();
@@ -40,9 +39,8 @@ pub fn estimate_normals(
         .collect()
 }
 
-/// Typical distance between neighbours on a surface, metres: the median over some points of the
-/// distance to the sixth nearest. 0 for fewer than two points. Of many points an even selection is
-/// asked: on surfaces distances shrink with the root of the number.
+/// Typical spacing of points on a surface, metres: the median over some points of the distance to the sixth neighbour. 0 for
+/// fewer than two points. Many points are subsampled: on surfaces, distances shrink with the root of the number.
 pub(in crate::shape) fn spacing_m(points: &[Point3<f64>]) -> f64 {
     let finite = |p: &&Point3<f64>| p.iter().all(|v| v.is_finite());
     let stride = points.len().div_ceil(SPACING_POINTS).max(1);
@@ -52,10 +50,14 @@ pub(in crate::shape) fn spacing_m(points: &[Point3<f64>]) -> f64 {
         .filter(finite)
         .copied()
         .collect();
-    let tree = Neighbours::new(&some);
-    let asked = some.len().div_ceil(SPACING_QUERIES).max(1);
+    let tree = KdTree::new(&some);
+    let query_stride = some.len().div_ceil(SPACING_QUERIES).max(1);
     let sixth = |p: &Point3<f64>| tree.nearest(p, 7).last().map(|(d, _)| d.sqrt());
-    let mut distances: Vec<f64> = some.iter().step_by(asked).filter_map(sixth).collect();
+    let mut distances: Vec<f64> = some
+        .iter()
+        .step_by(query_stride)
+        .filter_map(sixth)
+        .collect();
     distances.sort_by(f64::total_cmp);
     let median = distances.get(distances.len() / 2).copied().unwrap_or(0.0);
     median / (stride as f64).sqrt()
@@ -82,14 +84,14 @@ mod tests {
     }
 
     #[test]
-    fn spacing_is_that_of_the_surface_however_many_points_there_are() {
+    fn the_spacing_scales_with_the_number_of_points() {
         for side in [20, 60, 200] {
             let step = 1.0 / f64::from(side);
             let mut points: Vec<_> = (0..side * side)
                 .map(|i| Point3::new(f64::from(i % side) * step, f64::from(i / side) * step, 1.0))
                 .collect();
             points.shuffle(&mut ChaCha8Rng::seed_from_u64(1));
-            // Nearest: itself, four at one step, then a diagonal.
+            // The nearest are itself, four at one step, then a diagonal.
             let expected = 2f64.sqrt() * step;
             let got = spacing_m(&points);
             assert!(

@@ -1,23 +1,22 @@
-//! Which points lie on a surface: the inner loops of the search, in f32 and without branches.
+//! Inliers of a surface: the inner loops of the search, in f32 and without branches.
 //!
-//! Distances are compared squared, so no loop takes a root: a point at distance q from a centre or
-//! an axis lies within epsilon if (r - epsilon)^2 < q^2 < (r + epsilon)^2.
+//! Squared distances are compared, so that no loop takes a root: a point at distance q from a centre or an axis is within
+//! epsilon of the surface if (r - epsilon)^2 < q^2 < (r + epsilon)^2.
 
-use super::sample::Sample;
-use super::surface::Surface;
-use crate::mixture::instructions::{Instructions, Loops};
+use super::sample::PointSample;
+use super::surface::UnboundedSurface;
+use crate::mixture::instructions::{InstructionSet, SimdKernel};
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// Numbers that are worked on together: one register of the widest instructions.
+/// Values processed together: one register of the widest instructions.
 pub(super) const LANES: usize = 16;
 
-/// Greatest distance and angle of a point that counts as lying on a surface.
+/// Greatest distance and angle of an inlier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Tolerance {
-    /// Metres.
     pub epsilon_m: f64,
-    /// Cosine between the point's normal and the surface's, either way round.
+    /// Cosine between the point's normal and the surface's, of either sign.
     pub cos_angle: f64,
 }
 
@@ -30,137 +29,143 @@ impl Tolerance {
         }
     }
 
-    /// Whether one point lies on `surface`; the loops below say the same in f32.
-    pub fn accepts(&self, surface: &Surface, at: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
-        surface.distance_m(at).abs() < self.epsilon_m
+    /// Whether a point is an inlier of `surface`, in f64; the loops below compute the same in f32.
+    pub fn accepts(
+        &self,
+        surface: &UnboundedSurface,
+        position: &Vector3<f64>,
+        normal: &Vector3<f64>,
+    ) -> bool {
+        surface.distance_m(position).abs() < self.epsilon_m
             && surface
-                .normal_at(at)
+                .normal_at(position)
                 .is_some_and(|n| n.dot(normal).abs() > self.cos_angle)
     }
 }
 
-/// How many of the points in `range` lie on `surface`.
-pub(super) fn count(
-    instructions: Instructions,
-    surface: &Surface,
+/// Number of inliers among the points in `range`.
+pub(super) fn count_inliers(
+    instructions: InstructionSet,
+    surface: &UnboundedSurface,
     tolerance: Tolerance,
-    sample: &Sample,
+    sample: &PointSample,
     range: Range<usize>,
 ) -> usize {
-    let mut hits = [0u32; LANES];
-    instructions.run(Scan {
-        test: Test::new(surface, tolerance),
-        columns: Columns::of(sample, range),
+    let mut inliers = [0u32; LANES];
+    instructions.run(InlierScan {
+        test: InlierTest::new(surface, tolerance),
+        columns: SampleColumns::new(sample, range),
         each: |_, flags: &[bool; LANES]| {
-            for (hits, flag) in hits.iter_mut().zip(flags) {
-                *hits += u32::from(*flag);
+            for (inliers, flag) in inliers.iter_mut().zip(flags) {
+                *inliers += u32::from(*flag);
             }
         },
     });
-    hits.iter().sum::<u32>() as usize
+    inliers.iter().sum::<u32>() as usize
 }
 
-/// Places of the points in `range` that lie on `surface`, rising.
-pub(super) fn collect(
-    instructions: Instructions,
-    surface: &Surface,
+/// Indices of the inliers among the points in `range`, rising.
+pub(super) fn collect_inliers(
+    instructions: InstructionSet,
+    surface: &UnboundedSurface,
     tolerance: Tolerance,
-    sample: &Sample,
+    sample: &PointSample,
     range: Range<usize>,
 ) -> Vec<u32> {
-    let columns = Columns::of(sample, range.clone());
-    // Every place is written and the next one overwrites it unless it was a hit.
+    let columns = SampleColumns::new(sample, range.clone());
+    // Every index is written, and overwritten by the next one unless it is an inlier.
     let mut found = vec![0; columns.0[0].len() + LANES];
-    let mut hits = 0;
-    instructions.run(Scan {
-        test: Test::new(surface, tolerance),
+    let mut inliers = 0;
+    instructions.run(InlierScan {
+        test: InlierTest::new(surface, tolerance),
         columns,
         each: |from: usize, flags: &[bool; LANES]| {
-            for (place, flag) in ((range.start + from) as u32..).zip(flags) {
-                found[hits] = place;
-                hits += usize::from(*flag);
+            for (index, flag) in ((range.start + from) as u32..).zip(flags) {
+                found[inliers] = index;
+                inliers += usize::from(*flag);
             }
         },
     });
-    found.truncate(hits);
+    found.truncate(inliers);
     found
 }
 
 /// Borrowed columns of one range: coordinates, then normals.
-struct Columns<'a>([&'a [f32]; 6]);
+struct SampleColumns<'a>([&'a [f32]; 6]);
 
-impl<'a> Columns<'a> {
-    fn of(sample: &'a Sample, range: Range<usize>) -> Self {
+impl<'a> SampleColumns<'a> {
+    fn new(sample: &'a PointSample, range: Range<usize>) -> Self {
         let end = range.end.min(sample.len());
         let range = range.start.min(end)..end;
-        let [x, y, z] = &sample.at;
-        let [u, v, w] = &sample.normal;
+        let [x, y, z] = &sample.positions;
+        let [u, v, w] = &sample.normals;
         Self([x, y, z, u, v, w].map(|column| column.get(range.clone()).unwrap_or_default()))
     }
 }
 
-/// A surface as the loops want it.
+/// Inlier test of a surface, for the loops.
 #[derive(Clone, Copy)]
-pub(super) enum Test {
-    Flat(Flat),
-    Round(Round),
+pub(super) enum InlierTest {
+    Plane(PlaneTest),
+    Radial(RadialTest),
 }
 
 #[derive(Clone, Copy)]
-pub(super) struct Flat {
+pub(super) struct PlaneTest {
     normal: [f32; 3],
     offset: f32,
     epsilon: f32,
     cos: f32,
 }
 
-/// Sphere and cylinder: the sphere is the cylinder whose axis is no direction (zero).
+/// Of sphere and cylinder: a sphere has a zero axis.
 #[derive(Clone, Copy)]
-pub(super) struct Round {
-    middle: [f32; 3],
+pub(super) struct RadialTest {
+    centre: [f32; 3],
     axis: [f32; 3],
-    least_squared: f32,
-    most_squared: f32,
+    min_squared: f32,
+    max_squared: f32,
     cos_squared: f32,
 }
 
-impl Test {
-    pub fn new(surface: &Surface, tolerance: Tolerance) -> Self {
+impl InlierTest {
+    pub fn new(surface: &UnboundedSurface, tolerance: Tolerance) -> Self {
         let narrow = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
-        let round = |middle: &Vector3<f64>, axis: &Vector3<f64>, radius_m: f64| {
+        let radial = |centre: &Vector3<f64>, axis: &Vector3<f64>, radius_m: f64| {
             let square = |r: f64| (r.abs() * r) as f32;
-            Self::Round(Round {
-                middle: narrow(middle),
+            Self::Radial(RadialTest {
+                centre: narrow(centre),
                 axis: narrow(axis),
-                least_squared: square(radius_m - tolerance.epsilon_m),
-                most_squared: square(radius_m + tolerance.epsilon_m),
+                min_squared: square(radius_m - tolerance.epsilon_m),
+                max_squared: square(radius_m + tolerance.epsilon_m),
                 cos_squared: square(tolerance.cos_angle),
             })
         };
         match surface {
-            Surface::Plane { normal, offset_m } => Self::Flat(Flat {
+            UnboundedSurface::Plane { normal, offset_m } => Self::Plane(PlaneTest {
                 normal: narrow(normal),
                 offset: *offset_m as f32,
                 epsilon: tolerance.epsilon_m as f32,
                 cos: tolerance.cos_angle as f32,
             }),
-            Surface::Sphere { centre, radius_m } => round(centre, &Vector3::zeros(), *radius_m),
-            Surface::Cylinder {
+            UnboundedSurface::Sphere { centre, radius_m } => {
+                radial(centre, &Vector3::zeros(), *radius_m)
+            }
+            UnboundedSurface::Cylinder {
                 point,
                 axis,
                 radius_m,
-            } => round(point, axis, *radius_m),
+            } => radial(point, axis, *radius_m),
         }
     }
 }
 
-/// Whether a point lies on a surface.
 pub(super) trait Accept: Copy {
-    /// Of one with these coordinates and this normal, both in three numbers.
+    /// Whether a point with these three coordinates and three components of its normal is an inlier.
     fn accept(&self, p: [f32; 6]) -> bool;
 }
 
-impl Accept for Flat {
+impl Accept for PlaneTest {
     #[inline(always)]
     fn accept(&self, [x, y, z, u, v, w]: [f32; 6]) -> bool {
         let [a, b, c] = self.normal;
@@ -170,47 +175,51 @@ impl Accept for Flat {
     }
 }
 
-impl Accept for Round {
+impl Accept for RadialTest {
     #[inline(always)]
     fn accept(&self, [x, y, z, u, v, w]: [f32; 6]) -> bool {
         let [a, b, c] = self.axis;
-        let (x, y, z) = (x - self.middle[0], y - self.middle[1], z - self.middle[2]);
+        let (x, y, z) = (x - self.centre[0], y - self.centre[1], z - self.centre[2]);
         let height = a * x + b * y + c * z;
         let (x, y, z) = (x - height * a, y - height * b, z - height * c);
         let squared = x * x + y * y + z * z;
         let along = x * u + y * v + z * w;
-        (squared > self.least_squared)
-            & (squared < self.most_squared)
+        (squared > self.min_squared)
+            & (squared < self.max_squared)
             & (along * along > self.cos_squared * squared)
     }
 }
 
-/// Hands out the flags of `LANES` points after the other.
-struct Scan<'a, F> {
-    test: Test,
-    columns: Columns<'a>,
+/// Passes the index of the first of `LANES` points and their test results to `each`.
+struct InlierScan<'a, F> {
+    test: InlierTest,
+    columns: SampleColumns<'a>,
     each: F,
 }
 
-impl<F: FnMut(usize, &[bool; LANES])> Loops for Scan<'_, F> {
+impl<F: FnMut(usize, &[bool; LANES])> SimdKernel for InlierScan<'_, F> {
     type Output = ();
 
     #[inline(always)]
     fn run<const FUSED: bool, const WIDTH: usize>(self) {
         match self.test {
-            Test::Flat(test) => scan(test, self.columns, self.each),
-            Test::Round(test) => scan(test, self.columns, self.each),
+            InlierTest::Plane(test) => scan_columns(test, self.columns, self.each),
+            InlierTest::Radial(test) => scan_columns(test, self.columns, self.each),
         }
     }
 }
 
 #[inline(always)]
-fn scan(test: impl Accept, columns: Columns<'_>, mut each: impl FnMut(usize, &[bool; LANES])) {
+fn scan_columns(
+    test: impl Accept,
+    columns: SampleColumns<'_>,
+    mut each: impl FnMut(usize, &[bool; LANES]),
+) {
     let split = columns.0.map(|column| column.as_chunks::<LANES>());
     let [x, y, z, u, v, w] = split.map(|(whole, _)| whole);
     let whole = x.iter().zip(y).zip(z).zip(u).zip(v).zip(w);
     for (n, (((((x, y), z), u), v), w)) in whole.enumerate() {
-        each(n * LANES, &flags(test, [x, y, z, u, v, w]));
+        each(n * LANES, &test_lanes(test, [x, y, z, u, v, w]));
     }
     let rest = split.map(|(_, rest)| rest);
     let count = rest[0].len();
@@ -220,15 +229,18 @@ fn scan(test: impl Accept, columns: Columns<'_>, mut each: impl FnMut(usize, &[b
             lanes[..count].copy_from_slice(rest);
             lanes
         });
-        let mut flags = flags(test, padded.each_ref());
+        let mut flags = test_lanes(test, padded.each_ref());
         flags[count..].fill(false);
         each(columns.0[0].len() - count, &flags);
     }
 }
 
-/// Of every lane, whether it lies on the surface.
+/// The test results of all lanes.
 #[inline(always)]
-pub(super) fn flags(test: impl Accept, [x, y, z, u, v, w]: [&[f32; LANES]; 6]) -> [bool; LANES] {
+pub(super) fn test_lanes(
+    test: impl Accept,
+    [x, y, z, u, v, w]: [&[f32; LANES]; 6],
+) -> [bool; LANES] {
     let mut flags = [false; LANES];
     for k in 0..LANES {
         flags[k] = test.accept([x[k], y[k], z[k], u[k], v[k], w[k]]);
@@ -238,37 +250,37 @@ pub(super) fn flags(test: impl Accept, [x, y, z, u, v, w]: [&[f32; LANES]; 6]) -
 
 #[cfg(test)]
 mod tests {
-    use super::{Tolerance, collect, count};
-    use crate::mixture::Instructions;
+    use super::{Tolerance, collect_inliers, count_inliers};
+    use crate::mixture::InstructionSet;
     use crate::shape::ransac::cloud::Cloud;
-    use crate::shape::ransac::surface::Surface;
+    use crate::shape::ransac::surface::UnboundedSurface;
     use nalgebra::{Point3, Unit, Vector3};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
     #[test]
-    fn loops_say_what_distances_and_normals_say() {
+    fn loops_agree_with_distances_and_normals() {
         let mut rng = ChaCha8Rng::seed_from_u64(4);
         let mut any = || Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0));
         let points: Vec<_> = (0..1003).map(|_| Point3::from(any())).collect();
         let normals: Vec<_> = (0..1003).map(|_| any().normalize()).collect();
-        let whole = Cloud::of(&points, &normals);
+        let whole = Cloud::new(&points, &normals);
         let sample = whole.sample(1003, &mut ChaCha8Rng::seed_from_u64(5));
         let surfaces = [
-            Surface::Plane {
+            UnboundedSurface::Plane {
                 normal: Unit::new_normalize(any()),
                 offset_m: 0.2,
             },
-            Surface::Sphere {
+            UnboundedSurface::Sphere {
                 centre: any(),
                 radius_m: 0.7,
             },
-            // Smaller than epsilon: the inside belongs to it.
-            Surface::Sphere {
+            // Smaller than epsilon: all of the inside is within it.
+            UnboundedSurface::Sphere {
                 centre: any() * 0.2,
                 radius_m: 0.2,
             },
-            Surface::Cylinder {
+            UnboundedSurface::Cylinder {
                 point: any() * 0.3,
                 axis: Unit::new_normalize(any()),
                 radius_m: 0.6,
@@ -280,19 +292,19 @@ mod tests {
         };
         for surface in surfaces {
             let one_by_one: Vec<u32> = (0..1003)
-                .filter(|&k| tolerance.accepts(&surface, &sample.place(k), &sample.normal(k)))
+                .filter(|&k| tolerance.accepts(&surface, &sample.position(k), &sample.normal(k)))
                 .collect();
             assert!(one_by_one.len() > 5, "{surface:?}");
-            for set in Instructions::ALL {
+            for set in InstructionSet::ALL {
                 assert_eq!(
-                    collect(set, &surface, tolerance, &sample, 0..1003),
+                    collect_inliers(set, &surface, tolerance, &sample, 0..1003),
                     one_by_one
                 );
                 for range in [0..0, 0..7, 5..100, 990..1003, 1000..2000] {
                     let within = one_by_one
                         .iter()
                         .filter(|k| range.contains(&(**k as usize)));
-                    let got = count(set, &surface, tolerance, &sample, range.clone());
+                    let got = count_inliers(set, &surface, tolerance, &sample, range.clone());
                     assert_eq!(got, within.count(), "{surface:?} {range:?}");
                 }
             }

@@ -1,14 +1,11 @@
-//! The endless surfaces that are searched for: no extent, no attitude beyond what distances need.
-//!
-//! They live in the cloud's own frame (see [`Cloud`](super::cloud::Cloud)) and become a
-//! [`Primitive`](crate::shape::Primitive) only when they leave the room.
+//! The unbounded surfaces that are searched for, in the frame of the [`Cloud`](super::cloud::Cloud).
 
 use crate::shape::primitive::perpendicular;
 use nalgebra::{Unit, Vector3};
 
-/// An endless surface; lengths in metres.
+/// A surface without extent; lengths in metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Surface {
+pub(super) enum UnboundedSurface {
     /// All x with normal . x = offset.
     Plane {
         normal: Unit<Vector3<f64>>,
@@ -24,8 +21,8 @@ pub(super) enum Surface {
     },
 }
 
-impl Surface {
-    /// Signed distance of `x`, metres; outside of a curved surface is positive.
+impl UnboundedSurface {
+    /// Signed distance of `x`, metres; positive outside of a curved surface.
     pub fn distance_m(&self, x: &Vector3<f64>) -> f64 {
         match self {
             Self::Plane { normal, offset_m } => normal.dot(x) - offset_m,
@@ -38,7 +35,7 @@ impl Surface {
         }
     }
 
-    /// Outward unit normal next to `x`; `None` where there is none (centre, axis).
+    /// Outward unit normal next to `x`; `None` at the centre or on the axis.
     pub fn normal_at(&self, x: &Vector3<f64>) -> Option<Vector3<f64>> {
         match self {
             Self::Plane { normal, .. } => Some(normal.into_inner()),
@@ -47,7 +44,7 @@ impl Surface {
         }
     }
 
-    /// Radius, metres; none of a plane.
+    /// `None` for a plane.
     pub fn radius_m(&self) -> Option<f64> {
         match *self {
             Self::Plane { .. } => None,
@@ -55,8 +52,8 @@ impl Surface {
         }
     }
 
-    /// Place of its class among plane, sphere, cylinder: fewer parameters first.
-    pub fn class(&self) -> usize {
+    /// Index of its class among plane, sphere, cylinder: fewer parameters first.
+    pub fn class_index(&self) -> usize {
         match self {
             Self::Plane { .. } => 0,
             Self::Sphere { .. } => 1,
@@ -65,12 +62,12 @@ impl Surface {
     }
 
     /// Free parameters: 3, 4, 5.
-    pub fn parameters(&self) -> usize {
-        3 + self.class()
+    pub fn parameter_count(&self) -> usize {
+        3 + self.class_index()
     }
 
     /// Whether every number is finite and a radius is positive.
-    pub fn is_sane(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let finite = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite());
         let radius = self.radius_m().is_none_or(|r| r.is_finite() && r > 0.0);
         radius
@@ -81,7 +78,7 @@ impl Surface {
             }
     }
 
-    /// Two directions that make a right-handed frame with a plane's normal or a cylinder's axis.
+    /// A right-handed frame whose third axis is a plane's normal or a cylinder's axis.
     pub fn frame(&self) -> [Vector3<f64>; 3] {
         let third = match self {
             Self::Plane { normal, .. } => *normal,
@@ -94,7 +91,7 @@ impl Surface {
     }
 }
 
-/// The part of `d` across `axis`.
+/// The part of `d` perpendicular to `axis`.
 pub(super) fn across(d: &Vector3<f64>, axis: &Unit<Vector3<f64>>) -> Vector3<f64> {
     d - axis.as_ref() * axis.dot(d)
 }

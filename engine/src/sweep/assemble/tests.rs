@@ -1,9 +1,12 @@
-//! A wall swept by a simulated head and laser with clocks of their own must come out flat.
+//! A wall scanned by a simulated head and laser with separate clocks must come out flat.
 
-use super::{SweepError, assemble, assemble_with};
+use super::{assemble, assemble_with_mount};
 use crate::geometry::{Mount, RollPitchYaw};
-use crate::scan::Optics;
-use crate::sweep::{AttitudeError, Leg, Motion, Poll, RawScan, RawSweep, TimeSample};
+use crate::scan::ScanGeometry;
+use crate::sweep::{
+    HeadMotion, PanSegment, PositionPoll, RawSweep, StampedScan, SweepError, TiltMotionError,
+    TimeSample,
+};
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::FRAC_PI_2;
 
@@ -25,8 +28,8 @@ fn mount() -> Mount {
     )
 }
 
-fn optics() -> Optics {
-    Optics {
+fn scan_geometry() -> ScanGeometry {
+    ScanGeometry {
         steps_per_turn: 1024,
         front_step: 384,
         first_step: 44,
@@ -37,7 +40,7 @@ fn optics() -> Optics {
     }
 }
 
-/// Host seconds of a sensor time, rate 0.13 % off and switched on at host second 7.
+/// Host time of a sensor time: the rate is 0.13 % off, and the sensor was switched on at host second 7.
 fn host_s(sensor_s: f64) -> f64 {
     7.0 + 0.99867 * sensor_s
 }
@@ -45,7 +48,7 @@ fn host_s(sensor_s: f64) -> f64 {
 /// Millimetres to the wall x = 2.5 m along beam `index` of a head at `tilt_rad`; 0 where it is missed.
 fn wall_mm(index: usize, tilt_rad: f64) -> u32 {
     let pose = mount().base_from_laser(0.0, tilt_rad);
-    let (sin, cos) = optics().azimuth_rad(index).sin_cos();
+    let (sin, cos) = scan_geometry().azimuth_rad(index).sin_cos();
     let direction = pose.rotation * Vector3::new(cos, sin, 0.0);
     let from = pose * Point3::origin();
     let range_m = (WALL_X_M - from.x) / direction.x;
@@ -65,12 +68,12 @@ fn tilting(speed: f64) -> RawSweep {
     let scans = (0..)
         .map(|i| 93.3 + period_s * f64::from(i))
         .take_while(|sensor_s| host_s(*sensor_s) < end_s)
-        .map(|sensor_s| RawScan {
+        .map(|sensor_s| StampedScan {
             stamp_ms: (sensor_s * 1e3).floor() as u64,
             arrived_s: host_s(sensor_s + 0.08),
             values: (0..682)
                 .map(|index| {
-                    let at_s = host_s(sensor_s + optics().turn_share(index) * period_s);
+                    let at_s = host_s(sensor_s + scan_geometry().turn_share(index) * period_s);
                     wall_mm(index, count(at_s) * STEP_RAD)
                 })
                 .collect(),
@@ -79,7 +82,7 @@ fn tilting(speed: f64) -> RawSweep {
     let polls = (0..)
         .map(|i| 99.5 + f64::from(i) / 60.0)
         .take_while(|at_s| *at_s < end_s + 0.5)
-        .map(|at_s| Poll {
+        .map(|at_s| PositionPoll {
             sent_s: at_s - 0.003,
             received_s: at_s + 0.003,
             tilt_steps: count(at_s).round() as i32,
@@ -90,9 +93,9 @@ fn tilting(speed: f64) -> RawSweep {
         received_s: host_s(sensor_s) + 0.0005,
         stamp_ms: (sensor_s * 1e3).round() as u64,
     };
-    raw(Leg {
+    raw(PanSegment {
         pan_rad: 0.0,
-        motion: Motion::Tilting {
+        motion: HeadMotion::Tilting {
             speed_steps_s: speed,
         },
         scans,
@@ -101,9 +104,9 @@ fn tilting(speed: f64) -> RawSweep {
     })
 }
 
-fn raw(leg: Leg) -> RawSweep {
+fn raw(segment: PanSegment) -> RawSweep {
     RawSweep {
-        optics: optics(),
+        scan_geometry: scan_geometry(),
         mount: mount(),
         tilt_rad_per_step: STEP_RAD,
         tilt_zero_rad: 0.0,
@@ -112,7 +115,7 @@ fn raw(leg: Leg) -> RawSweep {
         line_pitch_rad: 0.00871,
         time_offset_s: 0.0,
         tilt_backlash_rad: 0.0,
-        legs: vec![leg],
+        pan_segments: vec![segment],
     }
 }
 
@@ -136,8 +139,8 @@ fn a_wall_swept_while_tilting_is_flat() {
 }
 
 #[test]
-fn it_stays_flat_at_four_times_the_speed() {
-    // One attitude per scan would bend it by 1.3 deg, 50 mm at the edge.
+fn the_wall_stays_flat_at_four_times_the_speed() {
+    // One tilt per scan would bend it by 1.3 deg, 50 mm at the edge.
     let worst = worst_off_wall_m(&tilting(388.0));
     assert!(worst < 0.004, "{worst}");
 }
@@ -148,7 +151,7 @@ fn step_and_stare_sees_the_same_wall() {
     let scans = counts
         .iter()
         .enumerate()
-        .map(|(i, count)| RawScan {
+        .map(|(i, count)| StampedScan {
             stamp_ms: 100_000 + 300 * i as u64,
             arrived_s: host_s(100.08 + 0.3 * i as f64),
             values: (0..682)
@@ -157,13 +160,13 @@ fn step_and_stare_sees_the_same_wall() {
         })
         .collect();
     let moving = tilting(97.0);
-    let standing = raw(Leg {
-        motion: Motion::Standing { tilt_steps: counts },
+    let stare = raw(PanSegment {
+        motion: HeadMotion::StepAndStare { tilt_steps: counts },
         scans,
         polls: Vec::new(),
-        ..moving.legs[0].clone()
+        ..moving.pan_segments[0].clone()
     });
-    let worst = worst_off_wall_m(&standing);
+    let worst = worst_off_wall_m(&stare);
     assert!(worst < 0.001, "{worst}");
 }
 
@@ -178,10 +181,13 @@ fn quality_counts_lines_and_gaps() {
     assert_eq!(whole.gaps, 0);
     assert!((whole.clock_rate - 0.99867).abs() < 2e-4);
     assert_eq!(whole.fault(0.05), None);
-    raw.legs[0].scans.drain(20..40);
-    let torn = assemble(&raw).expect("assembles").quality;
-    assert_eq!((torn.gaps, torn.lines_got), (1, whole.lines_got - 20));
-    assert!(torn.fault(0.05).is_some());
+    raw.pan_segments[0].scans.drain(20..40);
+    let incomplete = assemble(&raw).expect("assembles").quality;
+    assert_eq!(
+        (incomplete.gaps, incomplete.lines_got),
+        (1, whole.lines_got - 20)
+    );
+    assert!(incomplete.fault(0.05).is_some());
 }
 
 #[test]
@@ -190,49 +196,53 @@ fn a_head_that_stops_on_its_way_gives_no_view() {
         let error = assemble(raw).expect_err("half a sweep");
         let of_head = matches!(
             error,
-            SweepError::Attitude {
-                source: AttitudeError::NotCovered { .. },
+            SweepError::Motion {
+                source: TiltMotionError::NotCovered { .. },
                 ..
             }
         );
         assert!(of_head, "{error}");
     };
-    // At 4 s of 8 it stops dead; its polls say so, all with the very same count.
+    // At 4 s of 8 it stops; from then on all polls have the same count.
     let mut stopped = tilting(97.0);
-    for poll in &mut stopped.legs[0].polls {
+    for poll in &mut stopped.pan_segments[0].polls {
         poll.tilt_steps = poll.tilt_steps.min(0);
     }
     not_covered(&stopped);
-    let mut unasked = tilting(97.0);
-    unasked.legs[0].polls.retain(|poll| poll.received_s < 104.0);
-    not_covered(&unasked);
-    let mut late = tilting(97.0);
-    late.legs[0].polls.retain(|poll| poll.received_s > 104.0);
-    not_covered(&late);
+    let mut ends_early = tilting(97.0);
+    ends_early.pan_segments[0]
+        .polls
+        .retain(|poll| poll.received_s < 104.0);
+    not_covered(&ends_early);
+    let mut begins_late = tilting(97.0);
+    begins_late.pan_segments[0]
+        .polls
+        .retain(|poll| poll.received_s > 104.0);
+    not_covered(&begins_late);
 }
 
 #[test]
-fn no_line_is_projected_where_the_head_was_not_seen_moving() {
-    // The polls of the first two seconds of motion are lost, not those of the head standing before.
+fn no_line_is_projected_where_no_poll_covers_the_motion() {
+    // The polls of the first two seconds of motion are lost, not those of the stationary head before.
     let mut raw = tilting(97.0);
     let whole = assemble(&raw).expect("assembles").quality;
-    raw.legs[0]
+    raw.pan_segments[0]
         .polls
         .retain(|poll| !(100.0..102.0).contains(&poll.received_s));
-    let torn = assemble(&raw).expect("assembles").quality;
+    let incomplete = assemble(&raw).expect("assembles").quality;
     assert!(
-        (15..=20).contains(&(whole.lines_got - torn.lines_got)),
-        "{torn:?}"
+        (15..=20).contains(&(whole.lines_got - incomplete.lines_got)),
+        "{incomplete:?}"
     );
-    assert!(torn.widest_gap_lines >= 15);
-    assert!(torn.fault(1.0).is_some());
+    assert!(incomplete.widest_gap_lines >= 15);
+    assert!(incomplete.fault(1.0).is_some());
 }
 
 #[test]
 fn six_lines_missing_in_a_row_are_a_fault() {
     let mut raw = tilting(97.0);
     // 76 lines; 6 of them are 8 %, and a tolerance of 10 % does not excuse a hole of 3.5 deg.
-    raw.legs[0].scans.drain(30..36);
+    raw.pan_segments[0].scans.drain(30..36);
     let quality = assemble(&raw).expect("assembles").quality;
     assert_eq!(quality.widest_gap_lines, 6, "{quality:?}");
     assert!((quality.widest_gap_rad.to_degrees() - 3.5).abs() < 0.1);
@@ -241,24 +251,24 @@ fn six_lines_missing_in_a_row_are_a_fault() {
 }
 
 #[test]
-fn lines_of_one_leg_do_not_stand_for_those_of_another() {
+fn extra_lines_of_one_pan_do_not_replace_those_of_another() {
     let mut raw = tilting(97.0);
-    let mut other = raw.legs[0].clone();
-    // Every eighth line of one leg is gone, and the other has each of its lines twice.
+    let mut other = raw.pan_segments[0].clone();
+    // Every eighth line of one pan is missing, and the other has each of its lines twice.
     let mut at = 0;
     other.scans.retain(|_| {
         at += 1;
         at % 8 != 0
     });
     other.pan_rad = 0.5;
-    raw.legs[0].scans = raw.legs[0]
+    raw.pan_segments[0].scans = raw.pan_segments[0]
         .scans
         .iter()
         .flat_map(|scan| [scan.clone(), scan.clone()])
         .collect();
-    raw.legs.push(other);
+    raw.pan_segments.push(other);
     let quality = assemble(&raw).expect("assembles").quality;
-    let [first, second] = quality.legs[..] else {
+    let [first, second] = quality.pan_segments[..] else {
         panic!("{quality:?}");
     };
     assert_eq!(first.expected, second.expected);
@@ -270,7 +280,7 @@ fn lines_of_one_leg_do_not_stand_for_those_of_another() {
 #[test]
 fn an_uncertain_clock_is_a_fault() {
     let mut raw = tilting(97.0);
-    for sample in &mut raw.legs[0].time_samples {
+    for sample in &mut raw.pan_segments[0].time_samples {
         sample.sent_s -= 0.11;
         sample.received_s += 0.11;
     }
@@ -281,7 +291,7 @@ fn an_uncertain_clock_is_a_fault() {
 }
 
 #[test]
-fn figures_that_no_sweep_has_are_errors() {
+fn invalid_values_are_errors() {
     let spoil: [fn(&mut RawSweep); 9] = [
         |raw| raw.line_pitch_rad = 0.0,
         |raw| raw.line_pitch_rad = f64::NAN,
@@ -289,75 +299,78 @@ fn figures_that_no_sweep_has_are_errors() {
         |raw| raw.line_pitch_rad = 1e-300,
         |raw| raw.tilt_high_rad = f64::INFINITY,
         |raw| raw.tilt_rad_per_step = 0.0,
-        |raw| raw.optics.period_s = 0.0,
-        |raw| raw.optics.steps_per_turn = 0,
-        |raw| raw.legs[0].pan_rad = f64::NAN,
+        |raw| raw.scan_geometry.period_s = 0.0,
+        |raw| raw.scan_geometry.steps_per_turn = 0,
+        |raw| raw.pan_segments[0].pan_rad = f64::NAN,
     ];
     for (i, spoil) in spoil.into_iter().enumerate() {
         let mut raw = tilting(97.0);
         spoil(&mut raw);
         let error = assemble(&raw).expect_err("no such sweep");
-        assert!(matches!(error, SweepError::Figure { .. }), "{i}: {error}");
+        assert!(
+            matches!(error, SweepError::InvalidValue { .. }),
+            "{i}: {error}"
+        );
     }
 }
 
 /// A laser this far ahead of the pan axis.
-fn ahead(by_m: f64) -> Mount {
-    let mut numbers = mount().numbers();
-    numbers[9] = by_m;
-    Mount::of_numbers(numbers)
+fn mount_ahead(by_m: f64) -> Mount {
+    let mut parameters = mount().parameters();
+    parameters[9] = by_m;
+    Mount::from_parameters(parameters)
 }
 
 #[test]
-fn one_origin_is_the_middle_of_the_lasers_places_or_refused() {
+fn the_origin_is_the_mean_of_the_lasers_positions_or_refused() {
     let mut raw = tilting(97.0);
     for pan_deg in [-120.0_f64, 120.0] {
-        let other = Leg {
+        let other = PanSegment {
             pan_rad: pan_deg.to_radians(),
-            ..raw.legs[0].clone()
+            ..raw.pan_segments[0].clone()
         };
-        raw.legs.push(other);
+        raw.pan_segments.push(other);
     }
-    let sweep = assemble_with(&raw, &ahead(0.1)).expect("near enough");
-    // The three places lie around the pan axis.
+    let sweep = assemble_with_mount(&raw, &mount_ahead(0.1)).expect("near enough");
+    // The three positions lie around the pan axis.
     let off = sweep.view.origin - Point3::new(0.0, -0.00955, sweep.view.origin.z);
     assert!(off.norm() < 1e-3, "{off}");
     assert_eq!(sweep.view.tilt_axis, None);
-    let error = assemble_with(&raw, &ahead(0.2)).expect_err("too far apart");
-    assert!(matches!(error, SweepError::Apart { by_m } if by_m > 0.19));
+    let error = assemble_with_mount(&raw, &mount_ahead(0.2)).expect_err("too far apart");
+    assert!(matches!(error, SweepError::OriginSpread { distance_m } if distance_m > 0.19));
     assert!(error.to_string().contains("fewer pans"), "{error}");
-    raw.legs.truncate(1);
+    raw.pan_segments.truncate(1);
     assert!(
-        assemble_with(&raw, &ahead(0.2)).is_ok(),
-        "one pan is one place"
+        assemble_with_mount(&raw, &mount_ahead(0.2)).is_ok(),
+        "one pan is one position"
     );
 }
 
 #[test]
-fn the_sweep_knows_its_mount_and_its_tilt_axis() {
+fn the_view_uses_the_mount_of_the_sweep_and_has_its_tilt_axis() {
     let mut raw = tilting(97.0);
-    raw.legs[0].pan_rad = FRAC_PI_2;
+    raw.pan_segments[0].pan_rad = FRAC_PI_2;
     let own = assemble(&raw).expect("assembles");
-    assert_eq!(Ok(&own), assemble_with(&raw, &mount()).as_ref());
+    assert_eq!(Ok(&own), assemble_with_mount(&raw, &mount()).as_ref());
     let axis = own.view.tilt_axis.expect("one pan").into_inner();
     assert!((axis + Vector3::x()).norm() < 1e-12);
-    let again = assemble_with(&raw, &ahead(0.03)).expect("assembles");
-    assert!((again.view.points[0] - own.view.points[0]).norm() > 0.01);
+    let remounted = assemble_with_mount(&raw, &mount_ahead(0.03)).expect("assembles");
+    assert!((remounted.view.points[0] - own.view.points[0]).norm() > 0.01);
 }
 
 #[test]
-fn frozen_scans_are_noticed() {
+fn frozen_scans_are_detected() {
     let mut raw = tilting(97.0);
-    let stale = raw.legs[0].scans[30].values.clone();
-    for scan in &mut raw.legs[0].scans[31..36] {
+    let stale = raw.pan_segments[0].scans[30].values.clone();
+    for scan in &mut raw.pan_segments[0].scans[31..36] {
         scan.values.clone_from(&stale);
     }
     assert!(assemble(&raw).expect("assembles").quality.frozen);
 }
 
 #[test]
-fn nothing_gives_an_error() {
+fn an_empty_sweep_is_an_error() {
     let mut raw = tilting(97.0);
-    raw.legs.clear();
+    raw.pan_segments.clear();
     assert_eq!(assemble(&raw), Err(SweepError::Empty));
 }

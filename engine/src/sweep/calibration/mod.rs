@@ -1,25 +1,25 @@
-//! Takes raw sweeps of one place, gives what of mount, clock and head can be told from them, and how surely
-//! (sweep-geometry section 5): flat surfaces must be flat, whichever sweep saw them.
+//! Calibration: mount, clock and head from raw sweeps of one room, with standard deviations (sweep-geometry section 5).
+//! Flat surfaces must be flat, whichever sweep saw them.
 //!
-//! | file | takes | gives |
+//! | file | from | to |
 //! |---|---|---|
-//! | `beams` | raw sweeps | every hit with the tilt, the speed and the way of its own instant |
-//! | `unknowns` | values of the unknowns | places, and how they move with each unknown |
-//! | `planes` | places | the surfaces that several legs saw |
-//! | `normal` | residuals with their derivatives | sums, a step, covariances |
-//! | `solve` | beams and surfaces | the values that make the surfaces flat |
-//! | `spread` | residuals | how much they scatter, and how much of that neighbours share |
-//! | `answer` | all of it | estimates, and what cannot be told |
+//! | `beams` | raw sweeps | every hit with tilt, speed and direction of travel at its own time |
+//! | `parameters` | values of the parameters | end points of beams, and their derivatives |
+//! | `planes` | end points | the planes that the pan segments saw |
+//! | `normal_equations` | residuals with their derivatives | a step, covariances |
+//! | `solve` | beams and planes | the values that make the planes flat |
+//! | `residual_scatter` | residuals | their scale, and the correlation between neighbours |
+//! | `calibrate` | all of it | estimates, and which of them are observable |
 
-mod answer;
 mod beams;
+mod calibrate;
 mod constants;
-mod normal;
+mod normal_equations;
+mod parameters;
 mod planes;
+mod residual_scatter;
 mod solve;
-mod spread;
-mod unknowns;
 
-pub use answer::{Calibration, CalibrationError, Estimate, calibrate};
-pub use beams::{CalibrationBeam, of_sweeps as calibration_beams};
-pub use unknowns::{Parameter, Present};
+pub use beams::{CalibrationBeam, calibration_beams};
+pub use calibrate::{Calibration, CalibrationError, ParameterEstimate, calibrate};
+pub use parameters::CalibrationParameter;

@@ -1,80 +1,80 @@
 //! A canteen or lobby: round tables on columns, many chairs, a counter, pillars, a glass front. Held out.
 
-use crate::evaluate::builder::{Builder, opening};
+use crate::evaluate::builder::{PlaceBuilder, opening};
 use crate::evaluate::doorway::Doorway;
-use crate::evaluate::draw::Draw;
-use crate::evaluate::furniture::{self as f, Part, Piece};
-use crate::evaluate::place::Place;
+use crate::evaluate::furniture::{self, Furniture, FurniturePart};
+use crate::evaluate::place::SimulatedPlace;
+use crate::evaluate::seeded_rng::SeededRng;
 use patrold_sim::world::Wall;
 
 /// A canteen of random size.
-pub fn build(draw: &mut Draw) -> Option<Place> {
+pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
     let size = [
-        draw.within(6.0, 12.0),
-        draw.within(5.0, 9.0),
-        draw.within(2.6, 4.5),
+        rng.uniform(6.0, 12.0),
+        rng.uniform(5.0, 9.0),
+        rng.uniform(2.6, 4.5),
     ];
-    let mut b = Builder::new(draw, size);
-    let door = Doorway::somewhere(&mut b, Wall::Back);
-    let mut holes = vec![door.hole()];
-    if b.draw.chance(0.7) {
-        // Glass gives nothing back.
-        let width = b.draw.within(2.0, 0.7 * size[0]);
-        let sill = b.draw.within(0.05, 0.9);
-        holes.push(opening(Wall::Left, 0.0, width, sill, 2.4));
+    let mut builder = PlaceBuilder::new(rng, size);
+    let door = Doorway::random(&mut builder, Wall::Back);
+    let mut openings = vec![door.opening()];
+    if builder.rng.chance(0.7) {
+        // Glass gives no return.
+        let width = builder.rng.uniform(2.0, 0.7 * size[0]);
+        let sill = builder.rng.uniform(0.05, 0.9);
+        openings.push(opening(Wall::Left, 0.0, width, sill, 2.4));
     }
-    b.walls(holes, true, true);
-    b.floor();
-    door.furnish(&mut b);
-    if b.draw.chance(0.7) {
-        let counter = counter(b.draw);
-        b.at_wall(&counter);
+    builder.add_walls(openings, true, true);
+    builder.add_floor();
+    door.furnish(&mut builder);
+    if builder.rng.chance(0.7) {
+        let counter = counter(builder.rng);
+        builder.put_at_wall(&counter);
     }
-    for _ in 0..b.draw.count(0, 3) {
-        let pillar = f::pillar(b.draw, size[2]);
-        b.anywhere(&pillar);
+    for _ in 0..builder.rng.integer(0, 3) {
+        let pillar = furniture::pillar(builder.rng, size[2]);
+        builder.put_anywhere(&pillar);
     }
-    for _ in 0..b.draw.count(2, 5) {
-        let table = round_table(b.draw);
-        b.anywhere(&table);
+    for _ in 0..builder.rng.integer(2, 5) {
+        let table = round_table(builder.rng);
+        builder.put_anywhere(&table);
     }
-    for _ in 0..b.draw.count(4, 12) {
-        let chair = f::chair(b.draw);
-        b.anywhere(&chair);
+    for _ in 0..builder.rng.integer(4, 12) {
+        let chair = furniture::chair(builder.rng);
+        builder.put_anywhere(&chair);
     }
-    if b.draw.chance(0.5) {
-        let screen = partition(b.draw);
-        b.anywhere(&screen);
+    if builder.rng.chance(0.5) {
+        let screen = partition(builder.rng);
+        builder.put_anywhere(&screen);
     }
-    for _ in 0..b.draw.count(1, 5) {
-        let piece = match b.draw.count(0, 2) {
-            0 => f::plant(b.draw),
-            1 => f::bin(b.draw),
-            _ => f::bench(b.draw),
+    for _ in 0..builder.rng.integer(1, 5) {
+        let piece = match builder.rng.integer(0, 2) {
+            0 => furniture::plant(builder.rng),
+            1 => furniture::bin(builder.rng),
+            _ => furniture::bench(builder.rng),
         };
-        b.anywhere(&piece);
+        builder.put_anywhere(&piece);
     }
-    for _ in 0..b.draw.count(0, 5) {
-        let piece = if b.draw.chance(0.5) {
-            f::can(b.draw, 0.12)
+    for _ in 0..builder.rng.integer(0, 5) {
+        let piece = if builder.rng.chance(0.5) {
+            furniture::can(builder.rng, 0.12)
         } else {
-            f::goods(b.draw, 0.3)
+            furniture::goods(builder.rng, 0.3)
         };
-        b.on_top(&piece);
+        builder.put_on_top(&piece);
     }
-    b.robot()
+    builder.with_robot()
 }
 
 /// A round table on a column and a foot.
-fn round_table(draw: &mut Draw) -> Piece {
-    let (radius, height) = (draw.within(0.35, 0.6), draw.within(0.7, 1.1));
+fn round_table(rng: &mut SeededRng) -> Furniture {
+    let (radius, height) = (rng.uniform(0.35, 0.6), rng.uniform(0.7, 1.1));
     let inner = radius / std::f64::consts::SQRT_2;
-    Piece {
+    Furniture {
         name: "round table",
         parts: vec![
-            Part::Upright([0.0, 0.0, height - 0.015], radius, 0.03),
-            Part::Upright([0.0, 0.0, height / 2.0], 0.035, height - 0.04),
-            Part::Upright([0.0, 0.0, 0.015], 0.6 * radius, 0.03),
+            FurniturePart::Upright([0.0, 0.0, height - 0.015], radius, 0.03),
+            FurniturePart::Upright([0.0, 0.0, height / 2.0], 0.035, height - 0.04),
+            FurniturePart::Upright([0.0, 0.0, 0.015], 0.6 * radius, 0.03),
         ],
         half: [radius; 2],
         height_m: height,
@@ -84,17 +84,17 @@ fn round_table(draw: &mut Draw) -> Piece {
 }
 
 /// A counter with a board above it.
-fn counter(draw: &mut Draw) -> Piece {
-    let half = [draw.within(0.3, 0.45), draw.within(0.8, 1.8)];
-    let height = draw.within(0.9, 1.1);
-    Piece {
+fn counter(rng: &mut SeededRng) -> Furniture {
+    let half = [rng.uniform(0.3, 0.45), rng.uniform(0.8, 1.8)];
+    let height = rng.uniform(0.9, 1.1);
+    Furniture {
         name: "counter",
         parts: vec![
-            Part::Box(
+            FurniturePart::Box(
                 [0.0, 0.0, height / 2.0],
                 [1.7 * half[0], 2.0 * half[1], height],
             ),
-            Part::Box(
+            FurniturePart::Box(
                 [0.0, 0.0, height + 0.02],
                 [2.0 * half[0], 2.0 * half[1], 0.04],
             ),
@@ -107,13 +107,13 @@ fn counter(draw: &mut Draw) -> Piece {
 }
 
 /// A thin partition on two feet, open below.
-fn partition(draw: &mut Draw) -> Piece {
-    let (wide, high) = (draw.within(0.8, 1.8), draw.within(1.3, 1.9));
-    let foot = |y: f64| Part::Box([0.0, y, 0.08], [0.4, 0.05, 0.16]);
-    Piece {
+fn partition(rng: &mut SeededRng) -> Furniture {
+    let (wide, high) = (rng.uniform(0.8, 1.8), rng.uniform(1.3, 1.9));
+    let foot = |y: f64| FurniturePart::Box([0.0, y, 0.08], [0.4, 0.05, 0.16]);
+    Furniture {
         name: "partition",
         parts: vec![
-            Part::Box([0.0, 0.0, (high + 0.16) / 2.0], [0.04, wide, high - 0.16]),
+            FurniturePart::Box([0.0, 0.0, (high + 0.16) / 2.0], [0.04, wide, high - 0.16]),
             foot(wide / 2.0 - 0.1),
             foot(0.1 - wide / 2.0),
         ],

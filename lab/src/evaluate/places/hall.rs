@@ -1,61 +1,61 @@
 //! A hall: large, mostly empty, its ceiling and most walls out of reach.
 
-use crate::evaluate::builder::{Builder, opening};
+use crate::evaluate::builder::{PlaceBuilder, opening};
 use crate::evaluate::doorway::Doorway;
-use crate::evaluate::draw::Draw;
-use crate::evaluate::furniture as f;
-use crate::evaluate::place::Place;
+use crate::evaluate::furniture;
+use crate::evaluate::place::SimulatedPlace;
+use crate::evaluate::seeded_rng::SeededRng;
 use patrold_sim::world::Wall;
 
-/// A hall of random size; the robot stands within some metres of a corner.
-pub fn build(draw: &mut Draw) -> Option<Place> {
+/// A hall of random size; the robot is within some metres of a corner.
+pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
     let size = [
-        draw.within(9.0, 18.0),
-        draw.within(7.0, 14.0),
-        draw.within(3.5, 8.0),
+        rng.uniform(9.0, 18.0),
+        rng.uniform(7.0, 14.0),
+        rng.uniform(3.5, 8.0),
     ];
-    let mut b = Builder::new(draw, size);
+    let mut builder = PlaceBuilder::new(rng, size);
     let [x, y, _] = size.map(|s| s / 2.0);
     let door = Doorway {
         wall: Wall::Left,
-        at_m: b.draw.within(x - 4.5, x - 1.0),
-        width_m: b.draw.within(0.85, 1.2),
-        height_m: b.draw.within(2.0, 2.3),
+        at_m: builder.rng.uniform(x - 4.5, x - 1.0),
+        width_m: builder.rng.uniform(0.85, 1.2),
+        height_m: builder.rng.uniform(2.0, 2.3),
     };
-    let mut holes = vec![door.hole()];
-    if b.draw.chance(0.4) {
-        let sill = b.draw.within(0.0, 1.2);
-        holes.push(opening(
+    let mut openings = vec![door.opening()];
+    if builder.rng.chance(0.4) {
+        let sill = builder.rng.uniform(0.0, 1.2);
+        openings.push(opening(
             Wall::Front,
-            b.draw.within(0.0, y - 1.5),
+            builder.rng.uniform(0.0, y - 1.5),
             2.5,
             sill,
             2.6,
         ));
     }
-    b.walls(holes, true, true);
-    b.floor();
-    door.furnish(&mut b);
-    for _ in 0..b.draw.count(1, 6) {
-        let height = b.draw.within(2.5, size[2]);
-        let pillar = f::pillar(b.draw, height);
-        b.anywhere(&pillar);
+    builder.add_walls(openings, true, true);
+    builder.add_floor();
+    door.furnish(&mut builder);
+    for _ in 0..builder.rng.integer(1, 6) {
+        let height = builder.rng.uniform(2.5, size[2]);
+        let pillar = furniture::pillar(builder.rng, height);
+        builder.put_anywhere(&pillar);
     }
-    for _ in 0..b.draw.count(1, 6) {
-        let piece = match b.draw.count(0, 4) {
-            0 => f::bench(b.draw),
-            1 => f::plant(b.draw),
-            2 => f::bin(b.draw),
-            3 => f::cupboard(b.draw),
-            _ => f::goods(b.draw, 0.9),
+    for _ in 0..builder.rng.integer(1, 6) {
+        let piece = match builder.rng.integer(0, 4) {
+            0 => furniture::bench(builder.rng),
+            1 => furniture::plant(builder.rng),
+            2 => furniture::bin(builder.rng),
+            3 => furniture::cupboard(builder.rng),
+            _ => furniture::goods(builder.rng, 0.9),
         };
-        if b.draw.chance(0.5) {
-            b.at_wall(&piece);
+        if builder.rng.chance(0.5) {
+            builder.put_at_wall(&piece);
         } else {
-            b.anywhere(&piece);
+            builder.put_anywhere(&piece);
         }
     }
-    // The corner at +x +y: one wall at least stays within reach.
-    let (near, far) = (b.draw.within(0.8, 2.0), b.draw.within(2.5, 5.0));
-    b.robot_within([x - far, x - near, y - far, y - near])
+    // The corner at +x +y: at least one wall is within reach.
+    let (near, far) = (builder.rng.uniform(0.8, 2.0), builder.rng.uniform(2.5, 5.0));
+    builder.with_robot_in([x - far, x - near, y - far, y - near])
 }

@@ -1,101 +1,101 @@
 //! A laboratory: benches on thin legs full of equipment, stools, a fume hood, bottles, pipes under the ceiling.
 
-use crate::evaluate::builder::{Builder, Stance, opening};
+use crate::evaluate::builder::{FurniturePose, PlaceBuilder, opening};
 use crate::evaluate::doorway::Doorway;
-use crate::evaluate::draw::Draw;
-use crate::evaluate::furniture::{self as f, Part, Piece};
-use crate::evaluate::place::Place;
+use crate::evaluate::furniture::{self, Furniture, FurniturePart};
+use crate::evaluate::place::SimulatedPlace;
+use crate::evaluate::seeded_rng::SeededRng;
 use nalgebra::Point3;
 use patrold_sim::world::Wall;
 
-/// A laboratory of random size and clutter.
-pub fn build(draw: &mut Draw) -> Option<Place> {
+/// A laboratory of random size and equipment.
+pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
     let size = [
-        draw.within(4.5, 8.5),
-        draw.within(4.0, 7.0),
-        draw.within(2.6, 3.4),
+        rng.uniform(4.5, 8.5),
+        rng.uniform(4.0, 7.0),
+        rng.uniform(2.6, 3.4),
     ];
-    let mut b = Builder::new(draw, size);
-    let door = Doorway::somewhere(&mut b, Wall::Back);
-    let mut holes = vec![door.hole()];
-    if b.draw.chance(0.5) {
-        let width = b.draw.within(1.0, 3.0);
-        holes.push(opening(
+    let mut builder = PlaceBuilder::new(rng, size);
+    let door = Doorway::random(&mut builder, Wall::Back);
+    let mut openings = vec![door.opening()];
+    if builder.rng.chance(0.5) {
+        let width = builder.rng.uniform(1.0, 3.0);
+        openings.push(opening(
             Wall::Left,
-            b.draw.within(-0.5, 0.5),
+            builder.rng.uniform(-0.5, 0.5),
             width,
             1.0,
             2.2,
         ));
     }
-    b.walls(holes, true, true);
-    b.floor();
-    door.furnish(&mut b);
-    if b.draw.chance(0.6) {
-        let hood = fume_hood(b.draw);
-        b.at_wall(&hood);
+    builder.add_walls(openings, true, true);
+    builder.add_floor();
+    door.furnish(&mut builder);
+    if builder.rng.chance(0.6) {
+        let hood = fume_hood(builder.rng);
+        builder.put_at_wall(&hood);
     }
-    for _ in 0..b.draw.count(2, 4) {
-        let bench = f::table(b.draw);
-        b.at_wall(&bench);
+    for _ in 0..builder.rng.integer(2, 4) {
+        let bench = furniture::table(builder.rng);
+        builder.put_at_wall(&bench);
     }
-    for _ in 0..b.draw.count(0, 2) {
-        let island = f::table(b.draw);
-        b.anywhere(&island);
+    for _ in 0..builder.rng.integer(0, 2) {
+        let island = furniture::table(builder.rng);
+        builder.put_anywhere(&island);
     }
-    for _ in 0..b.draw.count(0, 2) {
-        let bottle = bottle(b.draw);
-        b.at_wall(&bottle);
+    for _ in 0..builder.rng.integer(0, 2) {
+        let bottle = bottle(builder.rng);
+        builder.put_at_wall(&bottle);
     }
-    for _ in 0..b.draw.count(8, 24) {
-        let piece = if b.draw.chance(0.5) {
-            f::goods(b.draw, 0.5)
+    for _ in 0..builder.rng.integer(8, 24) {
+        let piece = if builder.rng.chance(0.5) {
+            furniture::goods(builder.rng, 0.5)
         } else {
-            f::can(b.draw, 0.12)
+            furniture::can(builder.rng, 0.12)
         };
-        b.on_top(&piece);
+        builder.put_on_top(&piece);
     }
-    for _ in 0..b.draw.count(1, 5) {
-        let piece = match b.draw.count(0, 3) {
-            0 => f::bin(b.draw),
-            1 => f::chair(b.draw),
-            _ => f::stool(b.draw),
+    for _ in 0..builder.rng.integer(1, 5) {
+        let piece = match builder.rng.integer(0, 3) {
+            0 => furniture::bin(builder.rng),
+            1 => furniture::chair(builder.rng),
+            _ => furniture::stool(builder.rng),
         };
-        b.anywhere(&piece);
+        builder.put_anywhere(&piece);
     }
-    for i in 0..b.draw.count(0, 3) {
-        let radius = b.draw.within(0.02, 0.12);
-        let pipe = Piece {
+    for i in 0..builder.rng.integer(0, 3) {
+        let radius = builder.rng.uniform(0.02, 0.12);
+        let pipe = Furniture {
             name: "pipe",
-            parts: vec![Part::Lying([0.0; 3], radius, size[1] - 0.1)],
+            parts: vec![FurniturePart::Lying([0.0; 3], radius, size[1] - 0.1)],
             half: [radius, size[1] / 2.0],
             height_m: radius,
             tops: Vec::new(),
             removable: false,
         };
         let at = Point3::new(0.5 * i as f64 - 0.5, 0.0, size[2] - 0.3);
-        b.put(&pipe, &Stance { at, yaw_deg: 0.0 });
+        builder.put(&pipe, &FurniturePose { at, yaw_deg: 0.0 });
     }
-    b.robot()
+    builder.with_robot()
 }
 
 /// A fume hood: a low cupboard, above it a chamber open to the front.
-fn fume_hood(draw: &mut Draw) -> Piece {
-    let (deep, wide) = (draw.within(0.6, 0.8), draw.within(1.0, 1.6));
-    let (low, high) = (0.9, draw.within(1.9, 2.3));
+fn fume_hood(rng: &mut SeededRng) -> Furniture {
+    let (deep, wide) = (rng.uniform(0.6, 0.8), rng.uniform(1.0, 1.6));
+    let (low, high) = (0.9, rng.uniform(1.9, 2.3));
     let tall = high - low;
-    let side = |y: f64| Part::Box([0.0, y, low + tall / 2.0], [deep, 0.04, tall]);
-    Piece {
+    let side = |y: f64| FurniturePart::Box([0.0, y, low + tall / 2.0], [deep, 0.04, tall]);
+    Furniture {
         name: "hood",
         parts: vec![
-            Part::Box([0.0, 0.0, low / 2.0], [deep, wide, low]),
+            FurniturePart::Box([0.0, 0.0, low / 2.0], [deep, wide, low]),
             side(wide / 2.0 - 0.02),
             side(0.02 - wide / 2.0),
-            Part::Box(
+            FurniturePart::Box(
                 [0.02 - deep / 2.0, 0.0, low + tall / 2.0],
                 [0.04, wide, tall],
             ),
-            Part::Box([0.0, 0.0, high - 0.15], [deep, wide, 0.3]),
+            FurniturePart::Box([0.0, 0.0, high - 0.15], [deep, wide, 0.3]),
         ],
         half: [deep / 2.0, wide / 2.0],
         height_m: high,
@@ -105,13 +105,13 @@ fn fume_hood(draw: &mut Draw) -> Piece {
 }
 
 /// A gas bottle.
-fn bottle(draw: &mut Draw) -> Piece {
-    let (radius, height) = (draw.within(0.1, 0.14), draw.within(1.1, 1.6));
-    Piece {
+fn bottle(rng: &mut SeededRng) -> Furniture {
+    let (radius, height) = (rng.uniform(0.1, 0.14), rng.uniform(1.1, 1.6));
+    Furniture {
         name: "bottle",
         parts: vec![
-            Part::Upright([0.0, 0.0, height / 2.0], radius, height),
-            Part::Ball([0.0, 0.0, height], radius),
+            FurniturePart::Upright([0.0, 0.0, height / 2.0], radius, height),
+            FurniturePart::Sphere([0.0, 0.0, height], radius),
         ],
         half: [radius; 2],
         height_m: height + radius,

@@ -1,14 +1,13 @@
-//! Kinds of place, one file each: a function from chance to a furnished [`super::Place`]. `None` where chance left no
-//! room for the robot.
+//! Kinds of place, one file each.
 
 mod canteen;
 mod corridor;
 mod hall;
-mod kind;
+mod place_kind;
 mod lab;
 mod office;
 mod ramp;
 mod storeroom;
 mod workshop;
 
-pub use kind::Kind;
+pub use place_kind::PlaceKind;

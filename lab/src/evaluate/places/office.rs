@@ -1,74 +1,80 @@
 //! An office: desks and chairs, cupboards and shelves at the walls, a window over a radiator, a door.
 
-use crate::evaluate::builder::{Builder, Stance, opening};
+use crate::evaluate::builder::{FurniturePose, PlaceBuilder, opening};
 use crate::evaluate::doorway::Doorway;
-use crate::evaluate::draw::Draw;
-use crate::evaluate::furniture as f;
-use crate::evaluate::place::Place;
+use crate::evaluate::furniture;
+use crate::evaluate::place::SimulatedPlace;
+use crate::evaluate::seeded_rng::SeededRng;
 use nalgebra::Point3;
 use patrold_sim::world::Wall;
 
 /// An office of random size and furniture.
-pub fn build(draw: &mut Draw) -> Option<Place> {
+pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
     let size = [
-        draw.within(4.0, 7.5),
-        draw.within(3.4, 6.0),
-        draw.within(2.4, 3.0),
+        rng.uniform(4.0, 7.5),
+        rng.uniform(3.4, 6.0),
+        rng.uniform(2.4, 3.0),
     ];
-    let mut b = Builder::new(draw, size);
-    let door = Doorway::somewhere(&mut b, Wall::Right);
-    let mut holes = vec![door.hole()];
-    let windows = b.draw.count(0, 2);
+    let mut builder = PlaceBuilder::new(rng, size);
+    let door = Doorway::random(&mut builder, Wall::Right);
+    let mut openings = vec![door.opening()];
+    let windows = builder.rng.integer(0, 2);
     for i in 0..windows {
         let wall = [Wall::Front, Wall::Left][i];
-        let width = b.draw.within(0.8, 1.8);
-        let sill = b.draw.within(0.8, 1.1);
-        let top = b.draw.within(1.9, 2.3);
-        holes.push(opening(wall, b.draw.within(-0.6, 0.6), width, sill, top));
+        let width = builder.rng.uniform(0.8, 1.8);
+        let sill = builder.rng.uniform(0.8, 1.1);
+        let top = builder.rng.uniform(1.9, 2.3);
+        openings.push(opening(
+            wall,
+            builder.rng.uniform(-0.6, 0.6),
+            width,
+            sill,
+            top,
+        ));
     }
-    b.walls(holes, true, true);
-    b.floor();
-    door.furnish(&mut b);
+    builder.add_walls(openings, true, true);
+    builder.add_floor();
+    door.furnish(&mut builder);
     if windows > 0 {
-        let radiator = f::radiator(b.draw);
+        let radiator = furniture::radiator(builder.rng);
         let at = Point3::new(size[0] / 2.0 - radiator.half[0] - 0.04, 0.0, 0.0);
-        b.put(&radiator, &Stance { at, yaw_deg: 180.0 });
+        builder.put(&radiator, &FurniturePose { at, yaw_deg: 180.0 });
     }
-    if b.draw.chance(0.3) {
-        let pillar = f::pillar(b.draw, size[2]);
-        b.anywhere(&pillar);
+    if builder.rng.chance(0.3) {
+        let pillar = furniture::pillar(builder.rng, size[2]);
+        builder.put_anywhere(&pillar);
     }
-    for _ in 0..b.draw.count(1, 3) {
-        let desk = f::desk(b.draw);
-        if b.draw.chance(0.7) {
-            b.at_wall(&desk);
+    for _ in 0..builder.rng.integer(1, 3) {
+        let desk = furniture::desk(builder.rng);
+        if builder.rng.chance(0.7) {
+            builder.put_at_wall(&desk);
         } else {
-            b.anywhere(&desk);
+            builder.put_anywhere(&desk);
         }
     }
-    for _ in 0..b.draw.count(1, 3) {
-        let piece = if b.draw.chance(0.5) {
-            f::cupboard(b.draw)
+    for _ in 0..builder.rng.integer(1, 3) {
+        let piece = if builder.rng.chance(0.5) {
+            furniture::cupboard(builder.rng)
         } else {
-            f::shelf(b.draw)
+            furniture::shelf(builder.rng)
         };
-        b.at_wall(&piece);
+        builder.put_at_wall(&piece);
     }
-    for _ in 0..b.draw.count(1, 4) {
-        let chair = f::chair(b.draw);
-        b.anywhere(&chair);
+    for _ in 0..builder.rng.integer(1, 4) {
+        let chair = furniture::chair(builder.rng);
+        builder.put_anywhere(&chair);
     }
-    for _ in 0..b.draw.count(2, 10) {
-        let goods = f::goods(b.draw, 0.35);
-        b.on_top(&goods);
+    for _ in 0..builder.rng.integer(2, 10) {
+        let goods = furniture::goods(builder.rng, 0.35);
+        builder.put_on_top(&goods);
     }
-    for _ in 0..b.draw.count(0, 2) {
-        let piece = if b.draw.chance(0.5) {
-            f::bin(b.draw)
+    for _ in 0..builder.rng.integer(0, 2) {
+        let piece = if builder.rng.chance(0.5) {
+            furniture::bin(builder.rng)
         } else {
-            f::plant(b.draw)
+            furniture::plant(builder.rng)
         };
-        b.anywhere(&piece);
+        builder.put_anywhere(&piece);
     }
-    b.robot()
+    builder.with_robot()
 }

@@ -1,47 +1,47 @@
-//! A store room: rows of open shelves full of goods, boxes and cans about.
+//! A store room: open shelves full of goods, boxes and cans on the floor.
 
-use crate::evaluate::builder::Builder;
+use crate::evaluate::builder::PlaceBuilder;
 use crate::evaluate::doorway::Doorway;
-use crate::evaluate::draw::Draw;
-use crate::evaluate::furniture as f;
-use crate::evaluate::place::Place;
+use crate::evaluate::furniture;
+use crate::evaluate::place::SimulatedPlace;
+use crate::evaluate::seeded_rng::SeededRng;
 use patrold_sim::world::Wall;
 
-/// A store room of random size and filling.
-pub fn build(draw: &mut Draw) -> Option<Place> {
+/// A store room of random size and goods.
+pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
     let size = [
-        draw.within(3.6, 8.0),
-        draw.within(3.2, 6.0),
-        draw.within(2.3, 3.8),
+        rng.uniform(3.6, 8.0),
+        rng.uniform(3.2, 6.0),
+        rng.uniform(2.3, 3.8),
     ];
-    let mut b = Builder::new(draw, size);
-    let door = Doorway::somewhere(&mut b, Wall::Back);
-    b.walls(vec![door.hole()], true, true);
-    b.floor();
-    door.furnish(&mut b);
-    for _ in 0..b.draw.count(2, 5) {
-        let shelf = f::shelf(b.draw);
-        b.at_wall(&shelf);
+    let mut builder = PlaceBuilder::new(rng, size);
+    let door = Doorway::random(&mut builder, Wall::Back);
+    builder.add_walls(vec![door.opening()], true, true);
+    builder.add_floor();
+    door.furnish(&mut builder);
+    for _ in 0..builder.rng.integer(2, 5) {
+        let shelf = furniture::shelf(builder.rng);
+        builder.put_at_wall(&shelf);
     }
-    if b.draw.chance(0.5) {
-        let shelf = f::shelf(b.draw);
-        b.anywhere(&shelf);
+    if builder.rng.chance(0.5) {
+        let shelf = furniture::shelf(builder.rng);
+        builder.put_anywhere(&shelf);
     }
-    for _ in 0..b.draw.count(8, 35) {
-        let piece = if b.draw.chance(0.75) {
-            f::goods(b.draw, 0.45)
+    for _ in 0..builder.rng.integer(8, 35) {
+        let piece = if builder.rng.chance(0.75) {
+            furniture::goods(builder.rng, 0.45)
         } else {
-            f::can(b.draw, 0.16)
+            furniture::can(builder.rng, 0.16)
         };
-        b.on_top(&piece);
+        builder.put_on_top(&piece);
     }
-    for _ in 0..b.draw.count(1, 5) {
-        let piece = match b.draw.count(0, 3) {
-            0 => f::bin(b.draw),
-            1 => f::can(b.draw, 0.3),
-            _ => f::goods(b.draw, 0.7),
+    for _ in 0..builder.rng.integer(1, 5) {
+        let piece = match builder.rng.integer(0, 3) {
+            0 => furniture::bin(builder.rng),
+            1 => furniture::can(builder.rng, 0.3),
+            _ => furniture::goods(builder.rng, 0.7),
         };
-        b.anywhere(&piece);
+        builder.put_anywhere(&piece);
     }
-    b.robot()
+    builder.with_robot()
 }

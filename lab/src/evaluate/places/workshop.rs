@@ -1,61 +1,61 @@
-//! A workshop: machines, a workbench, boards that lean at the wall, gas bottles, lamps that hang. Held out.
+//! A workshop: machines, workbenches, a leaning board, hanging lamps. Held out.
 
-use crate::evaluate::builder::{Builder, Stance};
+use crate::evaluate::builder::{FurniturePose, PlaceBuilder};
 use crate::evaluate::doorway::Doorway;
-use crate::evaluate::draw::Draw;
-use crate::evaluate::furniture::{self as f, Part, Piece};
-use crate::evaluate::place::Place;
+use crate::evaluate::furniture::{self, Furniture, FurniturePart};
+use crate::evaluate::place::SimulatedPlace;
+use crate::evaluate::seeded_rng::SeededRng;
 use nalgebra::Point3;
 use patrold_sim::world::{Body, PlaneTable, Wall};
 
 /// A workshop of random size and machines.
-pub fn build(draw: &mut Draw) -> Option<Place> {
+pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
     let size = [
-        draw.within(5.0, 10.0),
-        draw.within(4.5, 8.0),
-        draw.within(2.8, 5.0),
+        rng.uniform(5.0, 10.0),
+        rng.uniform(4.5, 8.0),
+        rng.uniform(2.8, 5.0),
     ];
-    let mut b = Builder::new(draw, size);
-    let wall = [Wall::Front, Wall::Back, Wall::Left, Wall::Right][b.draw.count(0, 3)];
-    let door = Doorway::somewhere(&mut b, wall);
-    b.walls(vec![door.hole()], true, true);
-    b.floor();
-    door.furnish(&mut b);
-    for _ in 0..b.draw.count(1, 3) {
-        let machine = machine(b.draw);
-        b.anywhere(&machine);
+    let mut builder = PlaceBuilder::new(rng, size);
+    let wall = [Wall::Front, Wall::Back, Wall::Left, Wall::Right][builder.rng.integer(0, 3)];
+    let door = Doorway::random(&mut builder, wall);
+    builder.add_walls(vec![door.opening()], true, true);
+    builder.add_floor();
+    door.furnish(&mut builder);
+    for _ in 0..builder.rng.integer(1, 3) {
+        let machine = machine(builder.rng);
+        builder.put_anywhere(&machine);
     }
-    for _ in 0..b.draw.count(1, 3) {
-        let bench = f::table(b.draw);
-        b.at_wall(&bench);
+    for _ in 0..builder.rng.integer(1, 3) {
+        let bench = furniture::table(builder.rng);
+        builder.put_at_wall(&bench);
     }
-    if b.draw.chance(0.7) {
-        leaning_board(&mut b);
+    if builder.rng.chance(0.7) {
+        leaning_board(&mut builder);
     }
-    for _ in 0..b.draw.count(2, 8) {
-        let piece = match b.draw.count(0, 2) {
-            0 => f::can(b.draw, 0.15),
-            1 => hopper(b.draw),
-            _ => f::goods(b.draw, 0.4),
+    for _ in 0..builder.rng.integer(2, 8) {
+        let piece = match builder.rng.integer(0, 2) {
+            0 => furniture::can(builder.rng, 0.15),
+            1 => hopper(builder.rng),
+            _ => furniture::goods(builder.rng, 0.4),
         };
-        b.on_top(&piece);
+        builder.put_on_top(&piece);
     }
-    for _ in 0..b.draw.count(2, 5) {
-        let piece = match b.draw.count(0, 4) {
-            0 => f::stool(b.draw),
-            1 => f::can(b.draw, 0.28),
-            2 => hopper(b.draw),
-            3 => f::bin(b.draw),
-            _ => f::goods(b.draw, 0.8),
+    for _ in 0..builder.rng.integer(2, 5) {
+        let piece = match builder.rng.integer(0, 4) {
+            0 => furniture::stool(builder.rng),
+            1 => furniture::can(builder.rng, 0.28),
+            2 => hopper(builder.rng),
+            3 => furniture::bin(builder.rng),
+            _ => furniture::goods(builder.rng, 0.8),
         };
-        b.anywhere(&piece);
+        builder.put_anywhere(&piece);
     }
-    for i in 0..b.draw.count(0, 2) {
-        let lamp = Piece {
+    for i in 0..builder.rng.integer(0, 2) {
+        let lamp = Furniture {
             name: "lamp",
             parts: vec![
-                Part::Cone([0.0; 3], 0.2, 0.2),
-                Part::Upright([0.0, 0.0, 0.4], 0.01, 0.5),
+                FurniturePart::Cone([0.0; 3], 0.2, 0.2),
+                FurniturePart::Upright([0.0, 0.0, 0.4], 0.01, 0.5),
             ],
             half: [0.2; 2],
             height_m: 0.65,
@@ -63,25 +63,25 @@ pub fn build(draw: &mut Draw) -> Option<Place> {
             removable: false,
         };
         let at = Point3::new(1.5 * i as f64 - 0.7, 0.3, size[2] - 0.9);
-        b.put(&lamp, &Stance { at, yaw_deg: 0.0 });
+        builder.put(&lamp, &FurniturePose { at, yaw_deg: 0.0 });
     }
-    b.robot()
+    builder.with_robot()
 }
 
-/// A machine: a bed, a column, a lying spindle.
-fn machine(draw: &mut Draw) -> Piece {
-    let half = [draw.within(0.35, 0.6), draw.within(0.5, 1.1)];
-    let (bed, top) = (draw.within(0.7, 1.0), draw.within(1.3, 1.9));
-    let radius = draw.within(0.08, 0.18);
-    Piece {
+/// A machine: a bed, a column, a horizontal spindle.
+fn machine(rng: &mut SeededRng) -> Furniture {
+    let half = [rng.uniform(0.35, 0.6), rng.uniform(0.5, 1.1)];
+    let (bed, top) = (rng.uniform(0.7, 1.0), rng.uniform(1.3, 1.9));
+    let radius = rng.uniform(0.08, 0.18);
+    Furniture {
         name: "machine",
         parts: vec![
-            Part::Box([0.0, 0.0, bed / 2.0], [2.0 * half[0], 2.0 * half[1], bed]),
-            Part::Box(
+            FurniturePart::Box([0.0, 0.0, bed / 2.0], [2.0 * half[0], 2.0 * half[1], bed]),
+            FurniturePart::Box(
                 [0.2 - half[0], 0.0, (bed + top) / 2.0],
                 [0.35, 0.5, top - bed],
             ),
-            Part::Lying([0.1, 0.0, bed + radius + 0.1], radius, half[1]),
+            FurniturePart::Lying([0.1, 0.0, bed + radius + 0.1], radius, half[1]),
         ],
         half,
         height_m: top,
@@ -91,12 +91,12 @@ fn machine(draw: &mut Draw) -> Piece {
 }
 
 /// A cone on its base.
-fn hopper(draw: &mut Draw) -> Piece {
-    let radius = draw.within(0.14, 0.25);
-    let height = radius * draw.within(1.2, 2.5);
-    Piece {
+fn hopper(rng: &mut SeededRng) -> Furniture {
+    let radius = rng.uniform(0.14, 0.25);
+    let height = radius * rng.uniform(1.2, 2.5);
+    Furniture {
         name: "cone",
-        parts: vec![Part::Cone([0.0; 3], radius, height)],
+        parts: vec![FurniturePart::Cone([0.0; 3], radius, height)],
         half: [radius; 2],
         height_m: height,
         tops: Vec::new(),
@@ -104,17 +104,17 @@ fn hopper(draw: &mut Draw) -> Piece {
     }
 }
 
-/// A board that leans at the wall of -y, by 8-20 deg.
-fn leaning_board(b: &mut Builder<'_>) {
-    let lean = b.draw.within(8.0, 20.0_f64).to_radians();
-    let (wide, long) = (b.draw.within(0.6, 1.4), b.draw.within(1.4, 2.3));
-    let [x, y, _] = b.size.map(|s| s / 2.0);
+/// A board that leans against the wall at -y, by 8-20 deg.
+fn leaning_board(builder: &mut PlaceBuilder<'_>) {
+    let lean = builder.rng.uniform(8.0, 20.0_f64).to_radians();
+    let (wide, long) = (builder.rng.uniform(0.6, 1.4), builder.rng.uniform(1.4, 2.3));
+    let [x, y, _] = builder.size.map(|s| s / 2.0);
     let foot = long * lean.sin();
     let body = Body::Plane(PlaneTable {
         name: None,
         reflectance: None,
         centre: [
-            b.draw.within(0.8 - x, x - 0.8),
+            builder.rng.uniform(0.8 - x, x - 0.8),
             0.03 - y + foot / 2.0,
             long * lean.cos() / 2.0,
         ],
@@ -122,5 +122,5 @@ fn leaning_board(b: &mut Builder<'_>) {
         size: [wide, long],
         spin_deg: 0.0,
     });
-    b.add("board".to_owned(), body);
+    builder.add("board".to_owned(), body);
 }

@@ -1,4 +1,4 @@
-//! The simulated errors against the recorded figures (protocol notes, sections 7 and 11).
+//! The simulated errors against the recorded figures (scip2 sections 7 and 11).
 
 use super::{NoiseOptions, TrueBeam};
 use crate::world::constants::EDGE_JUMP_MM;
@@ -21,7 +21,7 @@ fn scans(options: &NoiseOptions, truth: &[Option<TrueBeam>], count: usize) -> Ve
         .collect()
 }
 
-/// A room of 1.8 m x 1.4 m as the recorded one: ranges of 0.3-1.5 m, walls at every incidence.
+/// A room of 1.8 m x 1.4 m like the recorded one: ranges of 0.3-1.5 m, walls at every incidence.
 fn small_room() -> Vec<Option<TrueBeam>> {
     (0..682)
         .map(|i| {
@@ -40,7 +40,7 @@ fn small_room() -> Vec<Option<TrueBeam>> {
         .collect()
 }
 
-/// Residuals of every scan about every beam's own mean; codes stand as 0.
+/// Residuals of every scan about the mean of each beam; 0 for codes.
 fn residuals(scans: &[Vec<u32>]) -> Vec<Vec<f64>> {
     let beams = scans[0].len();
     let means: Vec<f64> = (0..beams)
@@ -97,7 +97,7 @@ fn median_std(scans: &[Vec<u32>]) -> f64 {
 }
 
 #[test]
-fn deviations_are_those_of_their_bands() {
+fn standard_deviations_are_those_of_their_bands() {
     // Middle of the band and the recorded median of that band, mm (recording L1).
     for (range_mm, recorded_mm) in [
         (200.0, 2.2),
@@ -127,7 +127,7 @@ fn deviations_are_those_of_their_bands() {
 }
 
 #[test]
-fn neighbours_are_as_alike_as_recorded() {
+fn neighbours_correlate_as_recorded() {
     let mut equal = Vec::new();
     let mut correlations = Vec::new();
     for truth in [vec![beam(700.0); 682], small_room()] {
@@ -176,7 +176,7 @@ fn two_beams_in_a_hundred_flicker_within_sixteen_scans() {
 }
 
 #[test]
-fn edges_have_values_in_between_as_often_as_recorded() {
+fn edges_have_mixed_pixels_as_often_as_recorded() {
     // Steps of 1 m every 20 beams.
     let truth: Vec<_> = (0..680)
         .map(|i| beam(if (i / 20) % 2 == 0 { 1000.0 } else { 2000.0 }))
@@ -194,7 +194,7 @@ fn edges_have_values_in_between_as_often_as_recorded() {
     }
     let share = f64::from(between as u32) / f64::from(edges);
     assert!((share - 0.27).abs() < 0.02, "{share}");
-    // A slope that never jumps by more than the limit has none: values stay near their truth.
+    // A slope without jumps above the limit has none: values stay near the truth.
     let slope: Vec<_> = (0..10)
         .map(|i| beam(1000.0 + (EDGE_JUMP_MM - 1.0) * f64::from(i)))
         .collect();
@@ -276,7 +276,7 @@ fn ranges_outside_the_sensor_are_codes() {
 }
 
 #[test]
-fn bias_is_there_at_once_and_drift_grows() {
+fn bias_applies_at_once_and_drift_grows() {
     let options = NoiseOptions {
         bias_mm: 10.0,
         drift_mm: 20.0,
@@ -288,7 +288,7 @@ fn bias_is_there_at_once_and_drift_grows() {
 }
 
 #[test]
-fn one_thing_changed_leaves_the_noise_of_the_others() {
+fn a_changed_object_leaves_the_noise_of_the_others() {
     let mut truth = vec![beam(1000.0); 100];
     let options = NoiseOptions {
         seed: 7,
@@ -299,6 +299,6 @@ fn one_thing_changed_leaves_the_noise_of_the_others() {
     truth[50] = None;
     let after = options.measure(&truth, Duration::from_millis(100));
     assert_eq!(before[..50], after[..50]);
-    // A plateau may begin anew behind it.
+    // Behind it a plateau may begin anew.
     assert_eq!(before[70..], after[70..]);
 }

@@ -1,0 +1,271 @@
+//! The schedule of injected faults: those that strike once and those that last.
+
+use std::time::Duration;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::{HeadFaultKind, HeadFaultSpec};
+use crate::emulator::axis_name::AxisName;
+use crate::emulator::constants::{MAX_FAULTS, MIN_FAULT_PERIOD};
+
+/// A one-time effect that is due.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::emulator) enum FaultEffect {
+    /// The rotor of an axis jumps.
+    LoseSteps(AxisName, i32),
+    /// `!` and this letter.
+    Event(char),
+    /// A line of text.
+    Text(String),
+    Echo,
+    Verbose,
+    /// The effect of a command of another program.
+    ForeignCommand(HeadFaultKind),
+    /// Power off until the instant.
+    PowerCycle(Duration),
+}
+
+#[derive(Debug)]
+struct ScheduledFault {
+    spec: HeadFaultSpec,
+    /// Next strike of a one-time fault, start of a lasting one.
+    at: Duration,
+    /// End of a lasting one.
+    until: Duration,
+    /// Strikes, bytes or calibrations still to be hit.
+    remaining: u32,
+    /// Output bytes let through since the last hit.
+    skipped: u32,
+}
+
+/// All faults of one emulated head.
+#[derive(Debug, Default)]
+pub(in crate::emulator) struct FaultSchedule {
+    faults: Vec<ScheduledFault>,
+}
+
+fn is_one_time(kind: &HeadFaultKind) -> bool {
+    matches!(
+        kind,
+        HeadFaultKind::LostSteps { .. }
+            | HeadFaultKind::Event { within: None, .. }
+            | HeadFaultKind::Text(_)
+            | HeadFaultKind::Echo
+            | HeadFaultKind::Verbose
+            | HeadFaultKind::Velocity
+            | HeadFaultKind::Slaved
+            | HeadFaultKind::LimitsOff
+            | HeadFaultKind::Monitor
+            | HeadFaultKind::Moving(_)
+            | HeadFaultKind::UnitId(_)
+            | HeadFaultKind::Baud(_)
+            | HeadFaultKind::AxisError
+            | HeadFaultKind::PowerCycle
+    )
+}
+
+impl FaultSchedule {
+    pub(in crate::emulator) fn add(&mut self, mut spec: HeadFaultSpec, now: Duration) {
+        spec.every = spec.every.max(MIN_FAULT_PERIOD);
+        if self.faults.len() < MAX_FAULTS {
+            let at = spec.at.unwrap_or(now).max(now);
+            let until = spec.lasting.map_or(Duration::MAX, |d| at.saturating_add(d));
+            let remaining = spec.count;
+            self.faults.push(ScheduledFault {
+                spec,
+                at,
+                until,
+                remaining,
+                skipped: 0,
+            });
+        }
+    }
+
+    /// When a fault starts, strikes or ends next.
+    pub(in crate::emulator) fn next_at(&self, now: Duration) -> Option<Duration> {
+        self.faults
+            .iter()
+            .map(|f| {
+                if is_one_time(&f.spec.kind) || f.at > now {
+                    f.at
+                } else {
+                    f.until
+                }
+            })
+            .filter(|at| *at != Duration::MAX)
+            .min()
+    }
+
+    /// The effects that are due; drops the faults that are over.
+    pub(in crate::emulator) fn take_due(&mut self, now: Duration) -> Vec<FaultEffect> {
+        let mut effects = Vec::new();
+        for fault in &mut self.faults {
+            if !is_one_time(&fault.spec.kind) || fault.at > now {
+                continue;
+            }
+            match &fault.spec.kind {
+                _ if fault.remaining == 0 => {}
+                HeadFaultKind::LostSteps { axes, steps } => {
+                    effects.extend(axes.iter().map(|a| FaultEffect::LoseSteps(*a, *steps)))
+                }
+                HeadFaultKind::Event { which, .. } => effects.push(FaultEffect::Event(*which)),
+                HeadFaultKind::Text(text) => effects.push(FaultEffect::Text(text.clone())),
+                HeadFaultKind::Echo => effects.push(FaultEffect::Echo),
+                HeadFaultKind::Verbose => effects.push(FaultEffect::Verbose),
+                HeadFaultKind::PowerCycle => effects.push(FaultEffect::PowerCycle(
+                    fault.spec.lasting.map_or(now, |_| fault.until),
+                )),
+                kind => effects.push(FaultEffect::ForeignCommand(kind.clone())),
+            }
+            fault.remaining = fault.remaining.saturating_sub(1);
+            fault.at = fault.at.saturating_add(fault.spec.every);
+        }
+        self.faults
+            .retain(|f| f.remaining > 0 && (is_one_time(&f.spec.kind) || f.until > now));
+        effects
+    }
+
+    fn active(&self, now: Duration) -> impl Iterator<Item = &HeadFaultKind> {
+        self.faults
+            .iter()
+            .filter(move |f| f.at <= now && now < f.until)
+            .map(|f| &f.spec.kind)
+    }
+
+    /// What hinders one axis: stalled count, blocked rotor, factor on all speeds.
+    pub(in crate::emulator) fn hindrance(
+        &self,
+        axis: AxisName,
+        now: Duration,
+    ) -> (bool, bool, f64) {
+        let (mut stalled, mut blocked, mut speed_factor) = (false, false, 1.0);
+        for kind in self.active(now) {
+            match kind {
+                HeadFaultKind::Stuck { axes, hidden } if axes.contains(&axis) => {
+                    stalled |= !hidden;
+                    blocked |= hidden;
+                }
+                HeadFaultKind::Slow { axes, factor } if axes.contains(&axis) => {
+                    speed_factor *= factor
+                }
+                _ => {}
+            }
+        }
+        (stalled, blocked, f64::max(speed_factor, 1e-3))
+    }
+
+    /// How far an axis runs past its targets, counts.
+    pub(in crate::emulator) fn overshoot(&self, axis: AxisName, now: Duration) -> i32 {
+        self.active(now)
+            .find_map(|kind| match kind {
+                HeadFaultKind::Overshoot { axes, steps } if axes.contains(&axis) => Some(*steps),
+                _ => None,
+            })
+            .unwrap_or(0)
+    }
+
+    /// What a fault makes `O` report: volts, degrees Fahrenheit.
+    pub(in crate::emulator) fn supply(&self, now: Duration) -> Option<(f64, f64)> {
+        self.active(now).find_map(|kind| match kind {
+            HeadFaultKind::Supply { volts, degf } => Some((*volts, *degf)),
+            _ => None,
+        })
+    }
+
+    /// The event to insert before the next output byte, if one is due there; counts the byte.
+    pub(in crate::emulator) fn inserted_event(&mut self, now: Duration) -> Option<[u8; 2]> {
+        for fault in &mut self.faults {
+            let HeadFaultKind::Event {
+                which,
+                within: Some(within),
+            } = fault.spec.kind
+            else {
+                continue;
+            };
+            if fault.at > now || now >= fault.until || fault.remaining == 0 {
+                continue;
+            }
+            if fault.skipped < within {
+                fault.skipped += 1;
+                continue;
+            }
+            // The byte after the event is the first one let through before the next event.
+            fault.skipped = 1;
+            fault.remaining -= 1;
+            return Some([b'!', which as u8]);
+        }
+        None
+    }
+
+    /// Whether the next calibration fails; counts it.
+    pub(in crate::emulator) fn take_reset_failure(&mut self, now: Duration) -> bool {
+        let failing = |f: &&mut ScheduledFault| {
+            f.spec.kind == HeadFaultKind::ResetFails
+                && f.at <= now
+                && now < f.until
+                && f.remaining > 0
+        };
+        let Some(fault) = self.faults.iter_mut().find(failing) else {
+            return false;
+        };
+        fault.remaining -= 1;
+        true
+    }
+
+    /// A byte from the host as it arrives; `None` if it is lost.
+    pub(in crate::emulator) fn filter_input(
+        &self,
+        byte: u8,
+        now: Duration,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<u8> {
+        let mut received = byte;
+        for kind in self.active(now) {
+            match kind {
+                HeadFaultKind::Silence { deaf: true } => return None,
+                HeadFaultKind::WrongBaud => received = rng.random(),
+                _ => {}
+            }
+        }
+        Some(received)
+    }
+
+    /// A byte of the unit as it reaches the host; `None` if it is lost.
+    pub(in crate::emulator) fn filter_output(
+        &mut self,
+        byte: u8,
+        now: Duration,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<u8> {
+        let mut sent = Some(byte);
+        for fault in self
+            .faults
+            .iter_mut()
+            .filter(|f| f.at <= now && now < f.until)
+        {
+            match fault.spec.kind {
+                HeadFaultKind::Silence { .. } => return None,
+                HeadFaultKind::WrongBaud => sent = sent.map(|_| rng.random()),
+                HeadFaultKind::LostByte { skip } | HeadFaultKind::GarbageByte { skip }
+                    if fault.remaining > 0 =>
+                {
+                    if fault.skipped < skip {
+                        fault.skipped += 1;
+                        continue;
+                    }
+                    fault.skipped = 0;
+                    fault.remaining -= 1;
+                    let lost = matches!(fault.spec.kind, HeadFaultKind::LostByte { .. });
+                    sent = if lost {
+                        None
+                    } else {
+                        sent.map(|b| b ^ rng.random_range(1..=255_u8))
+                    };
+                }
+                _ => {}
+            }
+        }
+        sent
+    }
+}

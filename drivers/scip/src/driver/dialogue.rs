@@ -1,0 +1,65 @@
+//! What all dialogues have in common.
+
+use std::collections::VecDeque;
+use std::fmt::Debug;
+
+use super::action::{LaserAction, LaserEvent, Rejection};
+use super::error::ScipError;
+use super::identity::LaserIdentity;
+use super::options::ScipOptions;
+use crate::frame::ScipMessage;
+use std::time::Duration;
+
+/// What dialogues share: the queue of outputs, the settings, the identity.
+#[derive(Debug)]
+pub(super) struct DriverContext {
+    pub(super) actions: VecDeque<LaserAction>,
+    pub(super) options: ScipOptions,
+    pub(super) identity: Option<LaserIdentity>,
+    pub(super) rejected: u64,
+}
+
+impl DriverContext {
+    pub(super) fn send(&mut self, bytes: Vec<u8>) {
+        self.actions.push_back(LaserAction::Send(bytes));
+    }
+
+    pub(super) fn emit(&mut self, event: LaserEvent) {
+        self.actions.push_back(LaserAction::Event(event));
+    }
+
+    pub(super) fn reject(&mut self, reason: Rejection) {
+        self.rejected += 1;
+        self.emit(LaserEvent::Rejected {
+            reason,
+            total: self.rejected,
+        });
+    }
+}
+
+/// What follows from an input.
+#[derive(Debug)]
+#[must_use]
+pub(super) enum DialogueOutcome {
+    /// The dialogue goes on.
+    Continue,
+    /// The dialogue has ended; the device is idle.
+    Idle,
+    /// The dialogue has failed; the device must be reopened and connected again.
+    Fault(ScipError),
+}
+
+/// One dialogue with the device, from its first request to its end.
+pub(super) trait Dialogue: Debug + Send {
+    /// For error messages.
+    fn state(&self) -> &'static str;
+    /// When [`Dialogue::on_deadline`] is due.
+    fn deadline(&self) -> Duration;
+    fn on_message(
+        &mut self,
+        message: &ScipMessage,
+        now: Duration,
+        context: &mut DriverContext,
+    ) -> DialogueOutcome;
+    fn on_deadline(&mut self, now: Duration, context: &mut DriverContext) -> DialogueOutcome;
+}

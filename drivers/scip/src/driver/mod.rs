@@ -1,0 +1,31 @@
+//! The dialogue with one laser: bytes and instants in, actions out.
+//!
+//! [`ScipDriver`] runs one of these dialogues at a time; each is a small state machine of its own:
+//!
+//! | file | from | to |
+//! |---|---|---|
+//! | `connecting` | anything, even left streaming, in time adjust or in SCIP 1.1 | identity known, idle, timer at zero |
+//! | `time_exchange` | idle | idle, with pairs of host instants and timer values |
+//! | `streaming` | idle | scans until stopped; `stamp_continuity` checks them, a silent device is restarted |
+//! | `stopping` | anything | idle, laser off |
+
+mod action;
+mod connecting;
+mod dialogue;
+mod error;
+mod identity;
+mod machine;
+mod options;
+mod pending_request;
+mod recovery;
+mod stamp_continuity;
+mod stopping;
+mod streaming;
+mod time_exchange;
+
+pub use action::{LaserAction, LaserEvent, Rejection};
+pub use error::ScipError;
+pub use identity::LaserIdentity;
+pub use machine::ScipDriver;
+pub use options::{ScipOptions, StreamPlan};
+pub use recovery::{RecoveryCause, RecoveryStep};

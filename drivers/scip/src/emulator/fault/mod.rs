@@ -1,0 +1,7 @@
+//! Fault injection: which fault, when, for how long, how often.
+
+mod schedule;
+mod spec;
+
+pub(super) use schedule::LaserFaultSchedule;
+pub use spec::{LaserFault, LaserFaultParseError, LaserFaultSpec};

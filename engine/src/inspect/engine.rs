@@ -1,0 +1,39 @@
+//! The two engines by name.
+
+use std::str::FromStr;
+
+/// Which [`EngineSettings`](super::EngineSettings) are used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Engine {
+    /// patrold's own.
+    Standard,
+    /// The published recipe.
+    Paper,
+}
+
+/// A name that is no engine's.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected standard or paper, got {0:?}")]
+pub struct UnknownEngine(String);
+
+impl Engine {
+    /// Both, the default first.
+    pub const ALL: [Self; 2] = [Self::Standard, Self::Paper];
+
+    /// The name in configuration, JSON and tables.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Standard => "standard",
+            Self::Paper => "paper",
+        }
+    }
+}
+
+impl FromStr for Engine {
+    type Err = UnknownEngine;
+
+    fn from_str(name: &str) -> Result<Self, UnknownEngine> {
+        let found = Self::ALL.into_iter().find(|engine| engine.as_str() == name);
+        found.ok_or_else(|| UnknownEngine(name.to_owned()))
+    }
+}

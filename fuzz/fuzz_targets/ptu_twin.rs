@@ -1,8 +1,0 @@
-//! See `fuzz/bodies/ptu_twin.rs`.
-#![no_main]
-
-#[path = "../bodies/mod.rs"]
-#[allow(dead_code, reason = "each target runs one body")]
-mod bodies;
-
-libfuzzer_sys::fuzz_target!(|data: &[u8]| bodies::ptu_twin::run(data));

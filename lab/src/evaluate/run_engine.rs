@@ -1,0 +1,56 @@
+//! Runs the engine on pairs.
+
+use super::pair::SimulatedPair;
+use crate::constants::ENGINE_SEED;
+use crate::timing::{MillisClock, Timed, timed};
+use nalgebra::Point3;
+use patrold_engine::geometry::View;
+use patrold_engine::novelty::{Detection, NoveltyError, NoveltySettings, Reference, detect};
+
+/// What the engine gets of a sweep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum EngineInput {
+    /// Points alone, as in a recorded file.
+    Bare,
+    /// Also empty directions, stated noise and tilt axis, as in a sweep of our own.
+    Sweep,
+}
+
+impl EngineInput {
+    /// The name in tables and JSON.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Bare => "bare",
+            Self::Sweep => "sweep",
+        }
+    }
+
+    /// The part of `view` that the engine gets; bare clouds are rounded to float32, as in files.
+    pub fn of_view(self, view: &View) -> View {
+        match self {
+            Self::Sweep => view.clone(),
+            Self::Bare => {
+                let rounded = |p: &Point3<f64>| p.map(|c| f64::from(c as f32));
+                View::from_points(view.points.iter().map(rounded).collect(), view.origin)
+            }
+        }
+    }
+}
+
+/// The engine's answer to a pair, without shapes.
+///
+/// # Errors
+/// A sweep with too few points.
+pub fn run_engine(
+    pair: &SimulatedPair,
+    input: EngineInput,
+    settings: &NoveltySettings,
+    clock: MillisClock<'_>,
+) -> Result<Timed<Detection>, NoveltyError> {
+    let [reference, current] = [0, 1].map(|side| input.of_view(&pair.sweeps[side].view));
+    timed(
+        clock,
+        || Reference::prepare(&reference, settings, ENGINE_SEED),
+        |prepared| detect(prepared, &current, settings, ENGINE_SEED, &mut |_| {}),
+    )
+}

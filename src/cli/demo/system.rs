@@ -1,0 +1,207 @@
+//! The system of the demo: emulated devices on pseudo-terminals and the real service connected to them.
+
+use super::building::{DemoWaypoint, build_world};
+use crate::cli::failure::Failure;
+use crate::cli::{client, files};
+use crate::config::load;
+use crate::service::{ServiceParts, StationConnector, run_until};
+use link::Clock;
+use patrold_sim::emulator::{Emulation, EmulationOptions, Emulator, EmulatorPorts};
+use patrold_sim::world::{Pose2d, World};
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+use tokio::sync::oneshot;
+
+/// Mean lag of the emulated devices, in device time, above which time is slowed down. The head tilts 0.1 deg in it at
+/// 5 deg/s.
+const MAX_MEAN_LAG_S: f64 = 0.02;
+/// Factor on the time scale when this machine lags.
+const SLOW_DOWN_FACTOR: f64 = 0.6;
+/// Wall time within which the service must listen.
+const LISTEN_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// The running emulator and service.
+pub(super) struct DemoSystem {
+    clock: Clock,
+    emulator: Emulator,
+    socket: PathBuf,
+    stop: Option<oneshot::Sender<()>>,
+    service: Option<JoinHandle<Result<(), String>>>,
+}
+
+impl DemoSystem {
+    /// Starts the emulator and the service, with all their files in the folder `state`.
+    ///
+    /// # Errors
+    /// No pseudo-terminals, or the service does not start.
+    pub fn start(
+        state: &Path,
+        waypoints: &[DemoWaypoint],
+        time_scale: f64,
+        seed: u64,
+    ) -> Result<Self, Failure> {
+        let first = waypoints
+            .first()
+            .ok_or_else(|| Failure::Failed("the demo has no waypoint".to_owned()))?;
+        let clock = Clock::scaled(time_scale);
+        let (laser, head) = (state.join("laser"), state.join("ptu"));
+        let ports = EmulatorPorts {
+            laser: Some(&laser),
+            head: Some(&head),
+            laser_tcp: None,
+        };
+        let emulation = Emulation::new(
+            EmulationOptions::seeded(seed),
+            build_world(&first.before)?,
+            first.before.map_from_base,
+            clock.now(),
+        );
+        let emulator =
+            Emulator::start(emulation, &ports, clock.clone()).map_err(Failure::failed)?;
+        let socket = state.join("patrold.sock");
+        let config = state.join("patrold.toml");
+        let text = configuration(&emulator, state, &socket);
+        files::write(&config, text.as_bytes())?;
+        let (stop, stopped) = oneshot::channel();
+        let service = spawn_service(&config, clock.clone(), stopped)?;
+        let mut system = Self {
+            clock,
+            emulator,
+            socket,
+            stop: Some(stop),
+            service: Some(service),
+        };
+        system.wait_for_socket()?;
+        Ok(system)
+    }
+
+    /// Sets the world and the pose of the robot. Slows time down if the devices have lagged.
+    ///
+    /// # Errors
+    /// The service has ended.
+    pub fn set_scene(&mut self, world: Arc<World>, robot_pose: Pose2d) -> Result<(), Failure> {
+        if self.emulator.take_lag().mean_s > MAX_MEAN_LAG_S {
+            self.slow_down();
+        }
+        self.emulator.set_world(world);
+        self.emulator.drive_to(robot_pose);
+        self.check_service()
+    }
+
+    /// Requests `/visit` or `/teach` and waits for the reply.
+    pub fn request<T: DeserializeOwned>(
+        &mut self,
+        path: &'static str,
+        waypoint: &str,
+    ) -> Result<T, Failure> {
+        client::request_at_waypoint(&self.socket, path, waypoint)
+    }
+
+    /// Lowers the time scale, with a line on standard error.
+    pub fn slow_down(&self) {
+        let scale = self.clock.scale() * SLOW_DOWN_FACTOR;
+        self.clock.set_scale(scale);
+        eprintln!("patrold: this machine lags; time scale lowered to {scale:.1}");
+    }
+
+    pub fn time_scale(&self) -> f64 {
+        self.clock.scale()
+    }
+
+    /// Stops the service as SIGTERM would.
+    ///
+    /// # Errors
+    /// The error that the service ended with.
+    pub fn stop(mut self) -> Result<(), Failure> {
+        self.stop_service().map_err(Failure::Failed)
+    }
+
+    fn wait_for_socket(&mut self) -> Result<(), Failure> {
+        let deadline = Instant::now() + LISTEN_TIMEOUT;
+        while !self.socket.exists() {
+            self.check_service()?;
+            if Instant::now() > deadline {
+                return Err(Failure::Failed(format!(
+                    "the service does not listen at {}",
+                    self.socket.display()
+                )));
+            }
+            thread::sleep(Duration::from_millis(20));
+        }
+        Ok(())
+    }
+
+    fn check_service(&mut self) -> Result<(), Failure> {
+        if self.service.as_ref().is_some_and(JoinHandle::is_finished) {
+            self.stop_service().map_err(Failure::Failed)?;
+            return Err(Failure::Failed("the service ended unexpectedly".to_owned()));
+        }
+        Ok(())
+    }
+
+    fn stop_service(&mut self) -> Result<(), String> {
+        if let Some(stop) = self.stop.take() {
+            // The service may have ended already.
+            let _ = stop.send(());
+        }
+        match self.service.take().map(JoinHandle::join) {
+            None => Ok(()),
+            Some(Ok(ended)) => ended,
+            Some(Err(_)) => Err("the service panicked".to_owned()),
+        }
+    }
+}
+
+impl Drop for DemoSystem {
+    fn drop(&mut self) {
+        // Its error was returned by `stop`, or another failure is being returned.
+        let _ = self.stop_service();
+    }
+}
+
+fn configuration(emulator: &Emulator, state: &Path, socket: &Path) -> String {
+    let quoted = |text: &str| format!("{text:?}");
+    format!(
+        "[robot]\nname = \"demo\"\n\n[laser]\nport = {}\n\n[ptu]\nport = {}\n\n[store]\ndir = {}\n\n[api]\nsocket = {}\n",
+        quoted(emulator.laser_port()),
+        quoted(emulator.head_port()),
+        quoted(&state.display().to_string()),
+        quoted(&socket.display().to_string()),
+    )
+}
+
+fn spawn_service(
+    config: &Path,
+    clock: Clock,
+    stopped: oneshot::Receiver<()>,
+) -> Result<JoinHandle<Result<(), String>>, Failure> {
+    let loaded = load(Some(config), &[])?;
+    let parts = ServiceParts {
+        loaded,
+        config_path: Some(config.to_owned()),
+        connector: Box::new(StationConnector::new(clock.clone())),
+        clock,
+        log: None,
+    };
+    let run = move || {
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .enable_all()
+            .build()
+            .map_err(|error| error.to_string())?;
+        let shutdown = async {
+            // A dropped sender ends the service too.
+            let _ = stopped.await;
+        };
+        runtime
+            .block_on(run_until(parts, shutdown))
+            .map_err(|error| error.to_string())
+    };
+    thread::Builder::new()
+        .name("service".to_owned())
+        .spawn(run)
+        .map_err(Failure::failed)
+}

@@ -1,0 +1,45 @@
+//! Parsers of option values that several commands have.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use nalgebra::Point3;
+use patrold_engine::inspect::Engine;
+
+/// The names of the engines, with their help.
+pub(super) fn engine_values() -> [PossibleValue; 2] {
+    Engine::ALL.map(|engine| {
+        let help = match engine {
+            Engine::Standard => "patrold's own",
+            Engine::Paper => "The published recipe",
+        };
+        PossibleValue::new(engine.as_str()).help(help)
+    })
+}
+
+/// Reads the name of an engine.
+pub(super) fn engine() -> impl TypedValueParser<Value = Engine> {
+    PossibleValuesParser::new(engine_values()).try_map(|name| name.parse::<Engine>())
+}
+
+/// Reads a number of device seconds per second of wall time.
+pub(super) fn parse_time_scale(text: &str) -> Result<f64, String> {
+    let scale = text.parse::<f64>().ok();
+    scale
+        .filter(|x| (0.001..=1000.0).contains(x))
+        .ok_or_else(|| "expected a number from 0.001 to 1000".to_owned())
+}
+
+/// Reads three numbers `X,Y,Z`.
+pub(super) fn parse_point(text: &str) -> Result<Point3<f64>, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|part| part.trim().parse::<f64>().ok().filter(|x| x.is_finite()))
+        .collect::<Option<_>>()
+        .ok_or_else(|| format!("expected three numbers X,Y,Z, got {text:?}"))?;
+    match numbers[..] {
+        [x, y, z] => Ok(Point3::new(x, y, z)),
+        _ => Err(format!(
+            "expected three numbers X,Y,Z, got {}",
+            numbers.len()
+        )),
+    }
+}

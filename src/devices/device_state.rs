@@ -1,0 +1,429 @@
+//! The state of both devices, from their messages: identities, errors, and whether the head's position is trusted.
+
+use super::device_links::PortMessage;
+use super::error::{Device, DeviceError};
+use super::head::HeadEvent;
+use super::head_memory::HeadMemory;
+use super::port::PortEvent;
+use super::port_config::PortConfig;
+use super::power_marker::PowerMarker;
+use crate::patrol::severity::Severity;
+use ptu::HeadIdentity;
+use scip::LaserIdentity;
+use std::sync::mpsc::Sender;
+
+/// An event of a device, for the log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DeviceNote {
+    /// Source of the event.
+    pub device: Device,
+    /// For the level of the log line.
+    pub severity: Severity,
+    /// One line.
+    pub text: String,
+}
+
+/// The state of both devices.
+#[derive(Debug)]
+pub(crate) struct DeviceState {
+    laser: Option<LaserIdentity>,
+    head: Option<HeadIdentity>,
+    laser_error: Option<DeviceError>,
+    head_error: Option<DeviceError>,
+    ports: (String, String),
+    /// Why the head's position is not trusted; `None`: trusted.
+    untrusted_because: Option<&'static str>,
+    /// Trust the position at the first connection without homing.
+    trust_as_found: bool,
+    /// The position was trusted when the port was lost, and no later event made it wrong.
+    trusted_when_lost: bool,
+    power_marker: PowerMarker,
+    memory: HeadMemory,
+    notes: Sender<DeviceNote>,
+}
+
+const LIMITS_MOVED: &str =
+    "its limits moved with the calibration: check whether something is in its way";
+
+impl DeviceState {
+    pub(super) fn new(
+        laser: &PortConfig,
+        head: &PortConfig,
+        home_at_start: bool,
+        memory: HeadMemory,
+        notes: Sender<DeviceNote>,
+    ) -> Self {
+        Self {
+            laser: None,
+            head: None,
+            laser_error: None,
+            head_error: None,
+            ports: (laser.name.clone(), head.name.clone()),
+            untrusted_because: Some("not homed since it was connected"),
+            trust_as_found: !home_at_start,
+            trusted_when_lost: false,
+            power_marker: PowerMarker::default(),
+            memory,
+            notes,
+        }
+    }
+
+    /// Whether each device is connected or has failed: laser, head.
+    pub(super) fn settled(&self) -> (bool, bool) {
+        (
+            self.laser.is_some() || self.laser_error.is_some(),
+            self.head.is_some() || self.head_error.is_some(),
+        )
+    }
+
+    pub(super) fn has_failed(&self) -> bool {
+        self.laser_error.is_some() || self.head_error.is_some()
+    }
+
+    /// Why each device is not connected: laser, head.
+    pub(super) fn failures(&self) -> (Option<DeviceError>, Option<DeviceError>) {
+        (self.laser().err(), self.head().err())
+    }
+
+    /// The error of a failed device; not of one that is connecting.
+    pub(super) fn failure(&self) -> Option<DeviceError> {
+        let laser = self.laser_error.as_ref();
+        laser.or(self.head_error.as_ref()).cloned()
+    }
+
+    pub(super) fn laser(&self) -> Result<&LaserIdentity, DeviceError> {
+        let error = || not_connected(Device::Laser, &self.ports.0, self.laser_error.as_ref());
+        self.laser.as_ref().ok_or_else(error)
+    }
+
+    pub(super) fn head(&self) -> Result<&HeadIdentity, DeviceError> {
+        let error = || not_connected(Device::Head, &self.ports.1, self.head_error.as_ref());
+        self.head.as_ref().ok_or_else(error)
+    }
+
+    pub(super) fn is_position_trusted(&self) -> bool {
+        self.head.is_some() && self.untrusted_because.is_none()
+    }
+
+    pub(super) fn distrust_reason(&self) -> &'static str {
+        self.untrusted_because.unwrap_or("it is not connected")
+    }
+
+    pub(super) fn warn(&self, device: Device, text: String) {
+        self.send_note(device, Severity::Warning, text);
+    }
+
+    fn send_note(&self, device: Device, severity: Severity, text: String) {
+        // The receiver may be gone.
+        let _ = self.notes.send(DeviceNote {
+            device,
+            severity,
+            text,
+        });
+    }
+
+    pub(super) fn handle_message(&mut self, message: &PortMessage) {
+        match message {
+            PortMessage::Laser(PortEvent::Lost { error, retry_in }) => {
+                self.laser = None;
+                self.send_lost_note(Device::Laser, error, retry_in.as_secs_f64());
+                self.laser_error = Some(error.clone());
+            }
+            PortMessage::Head(PortEvent::Lost { error, retry_in }) => {
+                if self.head.take().is_some() {
+                    self.trusted_when_lost = self.untrusted_because.is_none();
+                    self.memory.set_doubted();
+                }
+                self.untrusted_because = Some("its port was lost");
+                self.send_lost_note(Device::Head, error, retry_in.as_secs_f64());
+                self.head_error = Some(error.clone());
+            }
+            PortMessage::Laser(PortEvent::Device(scip::LaserEvent::Connected(identity))) => {
+                let text = format!(
+                    "{} {} firmware {} on {}",
+                    identity.product, identity.serial, identity.firmware, self.ports.0
+                );
+                self.send_note(Device::Laser, Severity::Info, text);
+                self.laser = Some(identity.clone());
+                self.laser_error = None;
+            }
+            // The port is back; the device is connecting.
+            PortMessage::Laser(PortEvent::Opened) => self.laser_error = None,
+            PortMessage::Head(PortEvent::Opened) => self.head_error = None,
+            PortMessage::Laser(PortEvent::Device(_)) => {}
+            PortMessage::Head(PortEvent::Device(HeadEvent::Ptu(event))) => {
+                self.handle_head_event(event)
+            }
+            PortMessage::Head(PortEvent::Device(HeadEvent::Rejected(_))) => {}
+        }
+    }
+
+    fn handle_head_event(&mut self, event: &ptu::PtuEvent) {
+        use ptu::PtuEvent as E;
+        match event {
+            E::Connected(identity) => {
+                let text = format!("{} on {}", identity.version, self.ports.1);
+                self.send_note(Device::Head, Severity::Info, text);
+                let first =
+                    std::mem::take(&mut self.trust_as_found) && self.memory.may_trust_as_found();
+                let limits_unchanged = self.memory.limits_unchanged(identity);
+                let kept_power = self.power_marker.is_intact(identity);
+                if !kept_power {
+                    self.power_marker = PowerMarker::new(identity);
+                }
+                let still_trusted =
+                    std::mem::take(&mut self.trusted_when_lost) && kept_power && limits_unchanged;
+                self.head = Some((**identity).clone());
+                self.head_error = None;
+                match (identity.calibration_seen, limits_unchanged) {
+                    (true, true) => self.trust_position(),
+                    (true, false) => self.distrust_position(LIMITS_MOVED),
+                    (false, _) if still_trusted => {
+                        self.trust_position();
+                        let text = "kept its power; its position is trusted".to_owned();
+                        self.send_note(Device::Head, Severity::Info, text);
+                    }
+                    (false, _) if first => self.untrusted_because = None,
+                    (false, _) => {}
+                }
+            }
+            E::HomeDone { pan, tilt } => {
+                if let Some(head) = &mut self.head {
+                    (head.pan.limits, head.tilt.limits) = (*pan, *tilt);
+                }
+                if self
+                    .head
+                    .as_ref()
+                    .is_none_or(|h| self.memory.limits_unchanged(h))
+                {
+                    self.trust_position();
+                    self.send_note(Device::Head, Severity::Info, "homed".to_owned());
+                } else {
+                    self.distrust_position(LIMITS_MOVED);
+                }
+            }
+            E::SpeedSet { axis, steps_per_s } => {
+                self.power_marker.record_speed(*axis, *steps_per_s)
+            }
+            E::LimitHit(_) => self.distrust_position("an axis ran into its limit"),
+            E::CableLost => self.distrust_position("the cable to the head came off"),
+            E::EchoReturned | E::VerboseReturned | E::Restarted => {
+                self.head = None;
+                self.distrust_position("the unit restarted in between");
+            }
+            E::Fault(_) => self.distrust_position("its calibration failed"),
+            _ => {}
+        }
+    }
+
+    /// Speed settings that show later whether the head kept its power; `None`: not connected.
+    pub(super) fn marker_speeds(&self) -> Option<[i32; 2]> {
+        self.head
+            .as_ref()
+            .map(|head| self.power_marker.marker_speeds(head))
+    }
+
+    fn trust_position(&mut self) {
+        self.untrusted_because = None;
+        self.memory.clear_doubt();
+    }
+
+    /// The position is unknown until the calibration ends.
+    pub(super) fn homing_started(&mut self) {
+        self.untrusted_because = Some("its calibration did not end");
+        self.trusted_when_lost = false;
+        self.memory.set_doubted();
+    }
+
+    /// The position is not trusted until the next calibration; the next station does not trust it either.
+    pub(super) fn distrust_position(&mut self, why: &'static str) {
+        self.memory.set_doubted();
+        self.trusted_when_lost = false;
+        self.untrusted_because = Some(why);
+        self.warn(Device::Head, format!("position not trusted: {why}"));
+    }
+
+    fn send_lost_note(&self, device: Device, error: &DeviceError, retry_s: f64) {
+        let text = format!("{error}; reopening in {retry_s:.1} s");
+        self.send_note(device, Severity::Error, text);
+    }
+}
+
+fn not_connected(device: Device, port: &str, error: Option<&DeviceError>) -> DeviceError {
+    error.cloned().unwrap_or_else(|| DeviceError::NotConnected {
+        device,
+        port: port.to_owned(),
+        detail: "connecting".to_owned(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DeviceState, PortMessage};
+    use crate::devices::error::{Device, DeviceError};
+    use crate::devices::head::HeadEvent;
+    use crate::devices::head_memory::HeadMemory;
+    use crate::devices::lockstep::rig::TestRig;
+    use crate::devices::port::PortEvent;
+    use crate::devices::port_config::PortConfig;
+    use ptu::{Axis, HeadIdentity, PtuEvent};
+    use std::sync::mpsc;
+    use std::time::Duration;
+
+    fn state_with(memory: &HeadMemory) -> DeviceState {
+        let port = |device| PortConfig {
+            device,
+            name: format!("/dev/{device}"),
+            baud: 9600,
+            unit: None,
+        };
+        let (laser, head) = (port(Device::Laser), port(Device::Head));
+        DeviceState::new(&laser, &head, false, memory.clone(), mpsc::channel().0)
+    }
+
+    fn unit() -> HeadIdentity {
+        let rig = TestRig::ready(patrold_sim::emulator::EmulationOptions::seeded(1));
+        let mut unit = rig.identity.expect("connected");
+        unit.calibration_seen = false;
+        unit
+    }
+
+    fn receive(state: &mut DeviceState, event: PtuEvent) {
+        state.handle_message(&PortMessage::Head(PortEvent::Device(HeadEvent::Ptu(event))));
+    }
+
+    fn connected(unit: &HeadIdentity) -> PtuEvent {
+        PtuEvent::Connected(Box::new(unit.clone()))
+    }
+
+    fn home_done(unit: &HeadIdentity) -> PtuEvent {
+        PtuEvent::HomeDone {
+            pan: unit.pan.limits,
+            tilt: unit.tilt.limits,
+        }
+    }
+
+    #[test]
+    fn distrust_outlives_the_station() {
+        let unit = unit();
+        for event in [
+            PtuEvent::LimitHit(Axis::Pan),
+            PtuEvent::CableLost,
+            PtuEvent::Restarted,
+        ] {
+            let memory = HeadMemory::default();
+            let mut first = state_with(&memory);
+            receive(&mut first, connected(&unit));
+            assert!(first.is_position_trusted(), "trusted as found");
+            receive(&mut first, event.clone());
+            drop(first);
+            let mut second = state_with(&memory);
+            receive(&mut second, connected(&unit));
+            assert!(!second.is_position_trusted(), "{event:?}");
+            receive(&mut second, home_done(&unit));
+            assert!(second.is_position_trusted());
+        }
+    }
+
+    #[test]
+    fn distrust_after_a_lost_port_or_unfinished_homing_outlives_the_station() {
+        let unit = unit();
+        let error = DeviceError::Cancelled;
+        let lost = PortMessage::Head(PortEvent::Lost {
+            error,
+            retry_in: Duration::ZERO,
+        });
+        let memory = HeadMemory::default();
+        let mut absent = state_with(&memory);
+        absent.handle_message(&lost);
+        let mut first = state_with(&memory);
+        receive(&mut first, connected(&unit));
+        assert!(
+            first.is_position_trusted(),
+            "a port that was never open changes nothing"
+        );
+        first.handle_message(&lost);
+        let mut second = state_with(&memory);
+        receive(&mut second, connected(&unit));
+        assert!(!second.is_position_trusted());
+
+        let memory = HeadMemory::default();
+        state_with(&memory).homing_started();
+        let mut second = state_with(&memory);
+        receive(&mut second, connected(&unit));
+        assert!(!second.is_position_trusted());
+    }
+
+    #[test]
+    fn a_head_that_kept_its_power_is_trusted_as_before_its_port_was_lost() {
+        let lost = PortMessage::Head(PortEvent::Lost {
+            error: DeviceError::Cancelled,
+            retry_in: Duration::ZERO,
+        });
+        let unit = unit();
+        let mut kept = unit.clone();
+        for limit_hit in [false, true] {
+            let memory = HeadMemory::default();
+            let mut state = state_with(&memory);
+            receive(&mut state, connected(&unit));
+            let [pan, tilt] = state.marker_speeds().expect("connected");
+            for (axis, steps_per_s) in [(Axis::Pan, pan), (Axis::Tilt, tilt)] {
+                receive(&mut state, PtuEvent::SpeedSet { axis, steps_per_s });
+            }
+            (kept.pan.speed, kept.tilt.speed) = (pan, tilt);
+            if limit_hit {
+                receive(&mut state, PtuEvent::LimitHit(Axis::Pan));
+            }
+            state.handle_message(&lost);
+            assert!(!state.is_position_trusted() && memory.is_doubted());
+            receive(&mut state, connected(&kept));
+            assert_eq!(
+                (state.is_position_trusted(), memory.is_doubted()),
+                (!limit_hit, limit_hit)
+            );
+            state.handle_message(&lost);
+            receive(&mut state, connected(&unit));
+            assert!(!state.is_position_trusted(), "speeds of a power-up");
+            receive(&mut state, connected(&kept));
+            assert!(!state.is_position_trusted(), "nor later");
+        }
+    }
+
+    #[test]
+    fn only_the_first_station_trusts_the_head_as_found() {
+        let unit = unit();
+        let memory = HeadMemory::default();
+        memory.set_opened();
+        let mut second = state_with(&memory);
+        receive(&mut second, connected(&unit));
+        assert!(!second.is_position_trusted());
+    }
+
+    #[test]
+    fn a_limit_hit_while_connecting_prevents_trust() {
+        let mut state = state_with(&HeadMemory::default());
+        receive(&mut state, PtuEvent::LimitHit(Axis::Tilt));
+        receive(&mut state, connected(&unit()));
+        assert!(!state.is_position_trusted());
+    }
+
+    #[test]
+    fn a_calibration_that_moves_the_limits_is_not_trusted() {
+        let unit = unit();
+        let memory = HeadMemory::default();
+        let mut state = state_with(&memory);
+        receive(&mut state, connected(&unit));
+        let mut calibrated = unit.clone();
+        calibrated.pan.limits.max_steps -= 20;
+        receive(&mut state, home_done(&calibrated));
+        assert!(state.is_position_trusted(), "they move by a few counts");
+        calibrated.pan.limits.max_steps -= 1;
+        receive(&mut state, home_done(&calibrated));
+        assert!(!state.is_position_trusted() && state.distrust_reason().contains("in its way"));
+        calibrated.calibration_seen = true;
+        receive(&mut state, connected(&calibrated));
+        assert!(!state.is_position_trusted(), "nor after a power-up");
+        receive(&mut state, home_done(&unit));
+        assert!(state.is_position_trusted());
+    }
+}

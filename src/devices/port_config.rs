@@ -1,0 +1,360 @@
+//! The configured port of a device: its name, its kind of line, the unit it must be, and the ways to open it.
+
+use super::constants::{HOKUYO_VENDOR, LASER_BAUDS, TCP_LIMIT};
+use super::error::{Device, DeviceError};
+use crate::config::Settings;
+use link::{DetectedPort, Link, LinkError, SerialLink, TcpLink, UsbName};
+use std::path::{Path, PathBuf};
+
+/// Kind of a line; decides whether a line rate applies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LineKind {
+    /// UART or USB adapter, with a line rate.
+    Rs232,
+    /// Native USB or a pseudo-terminal, without a line rate.
+    Unpaced,
+    Tcp,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct PortConfig {
+    pub device: Device,
+    /// As configured: a path, `tcp:HOST:PORT`, or `usb:VVVV:PPPP[:SERIAL]`.
+    pub name: String,
+    /// The configured line rate, bits per second.
+    pub baud: u32,
+    /// Required unit: serial number of a laser, part of the version string of a head. `None`: any.
+    pub unit: Option<String>,
+}
+
+/// One way to open a port.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct OpenAttempt {
+    /// A path, or `tcp:HOST:PORT`.
+    pub node: String,
+    /// Line rate, bits per second.
+    pub baud: u32,
+}
+
+impl OpenAttempt {
+    /// # Errors
+    /// [`DeviceError::Port`].
+    pub fn open(&self, device: Device) -> Result<Box<dyn Link>, DeviceError> {
+        let link: Result<Box<dyn Link>, LinkError> = match self.node.strip_prefix("tcp:") {
+            Some(address) => TcpLink::connect(address, TCP_LIMIT).map(|l| Box::new(l) as _),
+            None => SerialLink::open(&self.node, self.baud).map(|l| Box::new(l) as _),
+        };
+        link.map_err(|error| DeviceError::Port {
+            device,
+            source: error.into(),
+        })
+    }
+}
+
+impl PortConfig {
+    /// Whether `candidate` is this port.
+    pub fn matches(&self, candidate: &DetectedPort) -> bool {
+        match self.name.parse::<UsbName>() {
+            Ok(name) => name.matches(candidate),
+            Err(_) => resolve_node(&self.name) == resolve_node(&candidate.path),
+        }
+    }
+
+    /// The kind of line at this moment.
+    pub fn line_kind(&self) -> LineKind {
+        let Ok(name) = self.name.parse::<UsbName>() else {
+            return node_line_kind(&self.name);
+        };
+        let found = link::detect_ports().unwrap_or_default();
+        // All matches of one USB name are of one kind.
+        match found.iter().find(|candidate| name.matches(candidate)) {
+            Some(candidate) => node_line_kind(&candidate.path),
+            None if name.vendor() == HOKUYO_VENDOR => LineKind::Unpaced,
+            None => LineKind::Rs232,
+        }
+    }
+
+    /// All ways to open the port at this moment, in the order to try: the matching nodes, each with the configured line rate
+    /// first, and only with that where line rates do not apply.
+    ///
+    /// # Errors
+    /// [`DeviceError::Port`] where a `usb:` name matches nothing, or several ports that cannot be told apart.
+    pub fn attempts(&self) -> Result<Vec<OpenAttempt>, DeviceError> {
+        let nodes = self.current_nodes().map_err(|error| DeviceError::Port {
+            device: self.device,
+            source: error.into(),
+        })?;
+        let attempts_at = |node: String| {
+            let bauds = self.bauds(node_line_kind(&node)).into_iter();
+            bauds.map(move |baud| OpenAttempt {
+                node: node.clone(),
+                baud,
+            })
+        };
+        Ok(nodes.into_iter().flat_map(attempts_at).collect())
+    }
+
+    fn bauds(&self, line: LineKind) -> Vec<u32> {
+        let others: &[u32] = match (line, self.device) {
+            (LineKind::Rs232, Device::Laser) => &LASER_BAUDS,
+            (LineKind::Rs232, Device::Head) => &ptu::BAUD_RATES,
+            _ => &[],
+        };
+        let mut bauds = vec![self.baud];
+        bauds.extend(others.iter().filter(|b| **b != self.baud));
+        bauds
+    }
+
+    fn current_nodes(&self) -> Result<Vec<String>, LinkError> {
+        if !UsbName::has_prefix(&self.name) {
+            return Ok(vec![self.name.clone()]);
+        }
+        let nodes = self.nodes(&link::detect_ports()?)?;
+        if self.unit.is_some() {
+            self.filter_unheld(nodes, link::holders)
+        } else {
+            Ok(nodes)
+        }
+    }
+
+    /// Those of `nodes` that no program has open. A device that is only probed may belong to another program, which need
+    /// not have locked it.
+    fn filter_unheld(
+        &self,
+        nodes: Vec<String>,
+        holders: impl Fn(&str) -> Vec<String>,
+    ) -> Result<Vec<String>, LinkError> {
+        let mut by = Vec::new();
+        let mut is_free = |node: &String| {
+            let holders = holders(node);
+            let free = holders.is_empty();
+            by.extend(holders);
+            free
+        };
+        let free: Vec<String> = nodes.into_iter().filter(|node| is_free(node)).collect();
+        if free.is_empty() {
+            return Err(LinkError::Busy {
+                name: self.name.clone(),
+                by: by.join(", "),
+            });
+        }
+        Ok(free)
+    }
+
+    /// The nodes of `candidates` that the name matches. Several lasers are allowed if their serial numbers decide; several
+    /// adapters are not, because an unknown device must not receive pan-tilt commands.
+    fn nodes(&self, candidates: &[DetectedPort]) -> Result<Vec<String>, LinkError> {
+        let name: UsbName = self.name.parse().map_err(|error| LinkError::Io {
+            name: self.name.clone(),
+            source: std::io::Error::new(std::io::ErrorKind::InvalidInput, error),
+        })?;
+        match name.find_in(candidates) {
+            Ok(candidate) => Ok(vec![candidate.path.clone()]),
+            Err(LinkError::Ambiguous { .. }) if self.may_probe(&name) => {
+                let fitting = candidates.iter().filter(|c| name.matches(c));
+                Ok(fitting.map(|c| c.path.clone()).collect())
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    fn may_probe(&self, name: &UsbName) -> bool {
+        self.device == Device::Laser && self.unit.is_some() && name.vendor() == HOKUYO_VENDOR
+    }
+
+    /// The error if a unit that reports `reported` (laser: serial number; head: version) is not the required one.
+    pub fn unit_mismatch(&self, reported: &str) -> Option<DeviceError> {
+        let wanted = self.unit.as_deref()?;
+        let is_it = match self.device {
+            Device::Laser => normalized_serial(reported) == normalized_serial(wanted),
+            Device::Head => reported.contains(wanted),
+        };
+        (!is_it).then(|| DeviceError::OtherUnit {
+            device: self.device,
+            port: self.name.clone(),
+            key: self.device.unit_key(),
+            expected: wanted.to_owned(),
+            got: reported.to_owned(),
+        })
+    }
+}
+
+/// The ports of laser and head.
+pub(super) fn configured_ports(settings: &Settings) -> (PortConfig, PortConfig) {
+    let (laser, head) = (&settings.laser, &settings.ptu);
+    let port = |device, name: &String, baud, unit: &Option<String>| PortConfig {
+        device,
+        name: name.clone(),
+        baud,
+        unit: unit.clone(),
+    };
+    (
+        port(Device::Laser, &laser.port, laser.baud, &laser.serial),
+        port(Device::Head, &head.port, head.baud, &head.version),
+    )
+}
+
+/// By the node that the path resolves to: `ttyACM*` is native USB, `/dev/pts/*` a pseudo-terminal, anything else a serial
+/// line.
+fn node_line_kind(name: &str) -> LineKind {
+    if name.starts_with("tcp:") {
+        return LineKind::Tcp;
+    }
+    let node = resolve_node(name);
+    let node = node.to_string_lossy();
+    if node.starts_with("/dev/pts/") || node.starts_with("/dev/ttyACM") {
+        LineKind::Unpaced
+    } else {
+        LineKind::Rs232
+    }
+}
+
+fn resolve_node(path: &str) -> PathBuf {
+    let path = Path::new(path);
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+}
+
+/// Old units print `0` instead of the first letter (scip2 section 13).
+fn normalized_serial(serial: &str) -> String {
+    let serial = serial.trim().to_ascii_uppercase();
+    match serial.strip_prefix('H') {
+        Some(rest) => format!("0{rest}"),
+        None => serial,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Device, LineKind, PortConfig};
+    use crate::devices::error::{DeviceError, PortError};
+    use link::{DetectedPort, LinkError, UsbDevice};
+
+    fn port(device: Device, name: &str) -> PortConfig {
+        PortConfig {
+            device,
+            name: name.to_owned(),
+            baud: 9600,
+            unit: None,
+        }
+    }
+
+    fn bauds(port: &PortConfig) -> Vec<u32> {
+        let attempts = port.attempts().expect("a path is tried");
+        attempts.into_iter().map(|attempt| attempt.baud).collect()
+    }
+
+    /// Two lasers of one make and two adapters of one make.
+    fn robot() -> Vec<DetectedPort> {
+        let on_usb = |(path, vendor, product): (&str, u16, u16)| DetectedPort {
+            path: path.to_owned(),
+            usb: Some(UsbDevice {
+                vendor,
+                product,
+                serial: None,
+                name: None,
+            }),
+        };
+        [
+            ("/dev/ttyACM0", 0x15d1, 0x0000),
+            ("/dev/ttyACM1", 0x15d1, 0x0000),
+            ("/dev/ttyUSB0", 0x067b, 0x2303),
+            ("/dev/ttyUSB1", 0x067b, 0x2303),
+        ]
+        .map(on_usb)
+        .into()
+    }
+
+    #[test]
+    fn several_lasers_are_probed_and_adapters_never() {
+        let mut laser = port(Device::Laser, "usb:15d1:0000");
+        let several = |found| matches!(found, Err(LinkError::Ambiguous { .. }));
+        assert!(several(laser.nodes(&robot())), "nothing decides which");
+        laser.unit = Some("H0706400".to_owned());
+        let both = ["/dev/ttyACM0", "/dev/ttyACM1"];
+        assert_eq!(laser.nodes(&robot()).expect("both"), both);
+        assert_eq!(laser.nodes(&robot()[1..]).expect("one"), both[1..]);
+        let mut head = port(Device::Head, "usb:067b:2303");
+        head.unit = Some("D46".to_owned());
+        assert!(several(head.nodes(&robot())));
+        assert_eq!(head.nodes(&robot()[..3]).expect("one"), ["/dev/ttyUSB0"]);
+        laser.name = "usb:067b:2303".to_owned();
+        assert!(
+            several(laser.nodes(&robot())),
+            "a laser on one of two adapters"
+        );
+        laser.name = "usb:15d1".to_owned();
+        assert!(matches!(laser.nodes(&robot()), Err(LinkError::Io { .. })));
+    }
+
+    #[test]
+    fn ports_held_by_another_program_are_not_probed() {
+        let laser = port(Device::Laser, "usb:15d1:0000");
+        let both = || vec!["/dev/ttyACM0".to_owned(), "/dev/ttyACM1".to_owned()];
+        let nobody = |_: &str| Vec::new();
+        assert_eq!(laser.filter_unheld(both(), nobody).expect("both"), both());
+        let one = |node: &str| match node {
+            "/dev/ttyACM0" => vec!["navigator (pid 7)".to_owned()],
+            _ => Vec::new(),
+        };
+        assert_eq!(laser.filter_unheld(both(), one).expect("one"), both()[1..]);
+        let error = laser
+            .filter_unheld(both()[..1].to_vec(), one)
+            .expect_err("held");
+        assert!(error.to_string().contains("navigator (pid 7)"), "{error}");
+    }
+
+    #[test]
+    fn a_unit_is_recognized_by_serial_number_or_version() {
+        let mut laser = port(Device::Laser, "/dev/ttyACM0");
+        assert_eq!(laser.unit_mismatch("H0706400"), None, "any will do");
+        laser.unit = Some("H0706400".to_owned());
+        for (reported, is_it) in [
+            ("H0706400", true),
+            ("00706400", true),
+            ("h0706400 ", true),
+            ("H0706401", false),
+            ("", false),
+        ] {
+            assert_eq!(laser.unit_mismatch(reported).is_none(), is_it, "{reported}");
+        }
+        let text = laser.unit_mismatch("H0900001").map(|e| e.to_string());
+        let text = text.unwrap_or_default();
+        for part in ["H0900001", "H0706400", "laser.serial", "/dev/ttyACM0"] {
+            assert!(text.contains(part), "{text}");
+        }
+        let mut head = port(Device::Head, "/dev/ttyUSB0");
+        head.unit = Some("v2.12".to_owned());
+        assert_eq!(
+            head.unit_mismatch("Pan-Tilt Controller v2.12.1d1(C14/E)"),
+            None
+        );
+        assert!(head.unit_mismatch("Pan-Tilt Controller v1.09").is_some());
+    }
+
+    #[test]
+    fn line_rates_are_searched_only_where_they_apply() {
+        let laser = port(Device::Laser, "/dev/ttyUSB7");
+        assert_eq!(laser.line_kind(), LineKind::Rs232);
+        assert_eq!(bauds(&laser)[..2], [9600, 19_200]);
+        let head = bauds(&port(Device::Head, "/dev/ttyS9"));
+        assert_eq!(head.iter().filter(|b| **b == 9600).count(), 1);
+        assert_eq!(bauds(&port(Device::Laser, "/dev/ttyACM0")), [9600]);
+        assert_eq!(port(Device::Laser, "tcp:host:1").line_kind(), LineKind::Tcp);
+    }
+
+    #[test]
+    fn the_error_of_a_missing_port_has_its_name_and_key() {
+        let head = port(Device::Head, "/dev/no-such-port");
+        let attempts = head.attempts().expect("a path is tried");
+        let error = attempts[0].open(head.device).err();
+        let Some(DeviceError::Port { source, .. }) = &error else {
+            panic!("{error:?}");
+        };
+        assert!(matches!(source, PortError::NoSuchPort(_)));
+        let text = error.map(|e| e.to_string()).unwrap_or_default();
+        assert!(
+            text.contains("/dev/no-such-port") && text.contains("ptu.port"),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,194 @@
+//! The request being served: what has been gathered for it, its record in the store and its reply.
+
+use super::judgement::{AssembledSweep, SweepFinding, SweepJudgement, VisitFinding};
+use super::replies::{
+    AlarmReply, ServiceReply, StepTiming, SweepInfo, SweepReply, TeachReply, VisitReply,
+};
+use crate::config::Settings;
+use crate::patrol::event::{PatrolRequest, RefusalReason};
+use crate::store::{
+    NewReference, NewVisit, RecordTime, Store, StoreError, StoredReference, SweepRecord,
+    VisitOutcome,
+};
+use patrold_engine::novelty::Verdict;
+use serde_json::json;
+use std::sync::Arc;
+
+#[derive(Debug)]
+pub(super) struct ActiveRequest {
+    pub(super) request: PatrolRequest,
+    /// In force when its sweep began.
+    pub(super) settings: Arc<Settings>,
+    pub(super) reference: Option<Arc<StoredReference>>,
+    /// The first sweep suggested lost steps; this is the second, after homing.
+    pub(super) repeated_sweep: bool,
+    pub(super) judgement: Option<SweepJudgement>,
+    pub(super) timing: StepTiming,
+}
+
+impl ActiveRequest {
+    pub(super) fn new(request: PatrolRequest, settings: Arc<Settings>) -> Self {
+        Self {
+            request,
+            settings,
+            reference: None,
+            repeated_sweep: false,
+            judgement: None,
+            timing: StepTiming::default(),
+        }
+    }
+
+    /// Writes the outcome to the store; `not_observed` is the reason where nothing could be judged.
+    pub(super) fn record(
+        &self,
+        store: &mut Store,
+        not_observed: Option<&str>,
+        now: &RecordTime,
+    ) -> Result<ServiceReply, RefusalReason> {
+        let judgement = self.judgement.as_ref();
+        let sweep = judgement.and_then(|j| j.assembled.as_ref());
+        let finding = judgement.and_then(|j| j.finding.as_ref().ok());
+        let recorded = match (not_observed, finding, sweep) {
+            (Some(reason), _, sweep) => self.record_visit(store, None, reason, sweep, now),
+            (None, Some(SweepFinding::Visit(finding)), sweep) => {
+                self.record_visit(store, Some(finding), &finding.report.reason, sweep, now)
+            }
+            (None, Some(SweepFinding::Reference(mixture)), Some(sweep)) => {
+                let quality = json!(sweep.quality).to_string();
+                let new = NewReference {
+                    waypoint: &self.request.waypoint,
+                    sweep: sweep_record(sweep, &quality),
+                    mixture,
+                    engine: &self.settings.engine_json(),
+                    seed: self.settings.mixture.seed,
+                };
+                store.teach(&new, now).map(|version| {
+                    ServiceReply::Teach(Box::new(TeachReply {
+                        waypoint: self.request.waypoint.clone(),
+                        version,
+                        points: sweep.view.points.len(),
+                        components: mixture.len(),
+                        sweep: sweep.quality.clone(),
+                        timing_ms: self.timing,
+                    }))
+                })
+            }
+            _ => return Err(RefusalReason::Failed("nothing to record".to_owned())),
+        };
+        recorded.map_err(refusal_reason)
+    }
+
+    fn record_visit(
+        &self,
+        store: &mut Store,
+        finding: Option<&VisitFinding>,
+        reason: &str,
+        assembled: Option<&AssembledSweep>,
+        now: &RecordTime,
+    ) -> Result<ServiceReply, StoreError> {
+        let settings = &self.settings;
+        let waypoint = &self.request.waypoint;
+        let report = finding.map(|f| &f.report);
+        let quality = assembled
+            .map(|sweep| json!(sweep.quality).to_string())
+            .unwrap_or_default();
+        let verdict = finding.map_or(Verdict::NotObserved, |f| f.verdict);
+        let novelties = report.map_or(&[][..], |r| &r.novelties);
+        let u_th = report.map_or_else(|| settings.u_th(Some(waypoint)), |r| r.u_th);
+        let visit = NewVisit {
+            waypoint,
+            reference_id: self.reference.as_ref().map(|r| r.id),
+            sweep: match assembled {
+                Some(sweep) => Some(sweep_record(sweep, &quality)),
+                None => self.unassembled_raw().map(raw_record),
+            },
+            verdict,
+            reason,
+            d_gmm: report.map(|r| r.d_gmm),
+            u_th,
+            seed: settings.mixture.seed,
+            engine: &settings.engine_json(),
+            report: &report.map_or_else(|| "{}".to_owned(), |r| json!(r).to_string()),
+            novelties,
+            same_place_m: settings.alarms.same_place_m,
+        };
+        let recorded = store.record_visit(&visit, now)?;
+        let version = self.reference.as_ref().map_or(0, |r| r.version);
+        Ok(ServiceReply::Visit(Box::new(VisitReply {
+            waypoint: waypoint.clone(),
+            verdict: verdict.as_str().to_owned(),
+            reason: reason.to_owned(),
+            visit_id: recorded.visit_id,
+            alarm: alarm_reply(&recorded),
+            cleared: recorded.cleared,
+            d_gmm: report.map(|r| r.d_gmm),
+            u_th,
+            pose_correction: report.map(|r| r.pose_correction.clone()),
+            reference_version: version,
+            frame: format!("{waypoint}/{version}"),
+            novelties: novelties.to_vec(),
+            sweep: assembled.map(|sweep| sweep.quality.clone()),
+            timing_ms: self.timing,
+        })))
+    }
+
+    fn unassembled_raw(&self) -> Option<&[u8]> {
+        self.judgement.as_ref()?.unassembled_raw.as_deref()
+    }
+
+    /// The answer to a bare sweep, which leaves nothing on disk.
+    pub(super) fn into_sweep_reply(self) -> ServiceReply {
+        let (Some(judgement), timing_ms) = (self.judgement, self.timing) else {
+            return ServiceReply::Refused(RefusalReason::Failed("no sweep at hand".to_owned()));
+        };
+        match (judgement.assembled, judgement.finding) {
+            (Some(sweep), Ok(SweepFinding::Points { ply, fault })) => {
+                ServiceReply::Sweep(Box::new(SweepReply {
+                    ply,
+                    info: SweepInfo {
+                        points: sweep.view.points.len(),
+                        origin: sweep.view.origin.coords.into(),
+                        sweep: sweep.quality,
+                        fault,
+                        timing_ms,
+                    },
+                }))
+            }
+            _ => {
+                ServiceReply::Refused(RefusalReason::Failed("the sweep gave no points".to_owned()))
+            }
+        }
+    }
+}
+
+fn sweep_record<'a>(sweep: &'a AssembledSweep, quality: &'a str) -> SweepRecord<'a> {
+    SweepRecord {
+        view: Some(&sweep.view),
+        raw: Some(&sweep.raw),
+        quality,
+    }
+}
+
+/// Raw data that gave no view, stored for diagnosis.
+fn raw_record(raw: &[u8]) -> SweepRecord<'_> {
+    SweepRecord {
+        view: None,
+        raw: Some(raw),
+        quality: "null",
+    }
+}
+
+fn alarm_reply(recorded: &VisitOutcome) -> Option<AlarmReply> {
+    let raised = recorded.raised.map(|id| AlarmReply { id, raised: true });
+    let extended = recorded.extended.map(|id| AlarmReply { id, raised: false });
+    raised.or(extended)
+}
+
+pub(super) fn refusal_reason(error: StoreError) -> RefusalReason {
+    let text = error.to_string();
+    match error {
+        StoreError::UnknownWaypoint { .. } => RefusalReason::UnknownWaypoint(text),
+        StoreError::NoReference { .. } => RefusalReason::NoReference(text),
+        _ => RefusalReason::Failed(text),
+    }
+}

@@ -1,0 +1,366 @@
+//! Turns the messages of the service loop into patrol events, and carries out the patrol's actions.
+
+use super::active_request::{ActiveRequest, refusal_reason};
+use super::constants::JUDGE_LIMIT;
+use super::judgement::{ReferenceCache, SweepJudgement, judge_sweep};
+use super::logging::LogLevelHandle;
+use super::message::{ClientRequest, ServiceMessage};
+use super::record_time::record_time_now;
+use super::replies::{ServiceReply, StatusReply};
+use super::scanner_thread::{ScannerEvent, ScannerThread};
+use super::store_writer::StoreWriter;
+use super::systemd::SystemdNotifier;
+use super::wall_clock::WallClockMonitor;
+use crate::config::{LoadedConfig, Settings};
+use crate::patrol::action::PatrolAction;
+use crate::patrol::event::{PatrolEvent, PatrolRequest, PatrolTask};
+use crate::patrol::machine::PatrolMachine;
+use crate::patrol::severity::Severity;
+use patrold_engine::sweep::RawSweep;
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::sync::mpsc::UnboundedSender;
+use tokio::sync::{oneshot, watch};
+
+mod clients;
+mod housekeeping;
+
+/// Threads and channels that the controller acts through.
+pub(super) struct Services {
+    pub(super) scanner: ScannerThread,
+    pub(super) writer: StoreWriter,
+    pub(super) systemd: SystemdNotifier,
+    /// `None` where another program set up logging.
+    pub(super) log: Option<LogLevelHandle>,
+    /// Results come back to the loop through it.
+    pub(super) inbox: UnboundedSender<ServiceMessage>,
+    /// Answer to `GET /status`.
+    pub(super) status: watch::Sender<StatusReply>,
+}
+
+pub(super) struct Controller {
+    services: Services,
+    machine: PatrolMachine,
+    settings: Arc<Settings>,
+    /// Valid configuration that the patrol has not applied yet.
+    next_config: Option<Box<LoadedConfig>>,
+    references: ReferenceCache,
+    /// Waiting clients by request id.
+    reply_channels: HashMap<u64, oneshot::Sender<ServiceReply>>,
+    last_request_id: u64,
+    active: Option<ActiveRequest>,
+    raw_sweep: Option<RawSweep>,
+    recorded_reply: Option<ServiceReply>,
+    /// When judging or recording began.
+    step_started: Instant,
+    /// On the devices' clock.
+    sweep_started: Duration,
+    judging: bool,
+    overdue: bool,
+    retention_due: Instant,
+    exited: bool,
+    started: Instant,
+    wall_clock: WallClockMonitor,
+}
+
+impl Controller {
+    pub(super) fn start(services: Services, settings: Arc<Settings>) -> Self {
+        let (machine, first_actions) = PatrolMachine::start();
+        let now = Instant::now();
+        let mut controller = Self {
+            services,
+            machine,
+            settings,
+            next_config: None,
+            references: ReferenceCache::default(),
+            reply_channels: HashMap::new(),
+            last_request_id: 0,
+            active: None,
+            raw_sweep: None,
+            recorded_reply: None,
+            step_started: now,
+            sweep_started: Duration::ZERO,
+            judging: false,
+            overdue: false,
+            retention_due: now,
+            exited: false,
+            started: now,
+            wall_clock: WallClockMonitor::default(),
+        };
+        let version = env!("CARGO_PKG_VERSION");
+        controller.log_event(
+            Severity::Info,
+            "service",
+            format!("patrold {version} started"),
+        );
+        controller.perform(first_actions);
+        controller.publish_status();
+        controller
+    }
+
+    pub(super) fn notify_ready(&self) {
+        self.services.systemd.ready();
+    }
+
+    pub(super) fn has_exited(&self) -> bool {
+        self.exited
+    }
+
+    pub(super) fn handle_message(&mut self, message: ServiceMessage) {
+        self.drop_disconnected_clients();
+        let event = match message {
+            ServiceMessage::Scanner(event) => self.scanner_event(event),
+            ServiceMessage::Request(request) => self.request_event(request),
+            ServiceMessage::Prepared(id, found) => {
+                let found = found.map(|stored| {
+                    if let Some(active) = self.active.as_mut().filter(|a| a.request.id == id) {
+                        active.reference = Some(Arc::new(stored));
+                    }
+                });
+                PatrolEvent::Prepared(id, found)
+            }
+            ServiceMessage::Judged(id, judgement) => {
+                let result = judgement.finding.as_ref().map(|_| ()).map_err(Clone::clone);
+                let spent_ms = self.step_ms();
+                if let Some(active) = self.active.as_mut().filter(|a| a.request.id == id) {
+                    self.judging = false;
+                    active.timing.judge += spent_ms;
+                    if let Some(reason) = judgement.suspected_lost_steps {
+                        active.repeated_sweep = true;
+                        return self.handle(PatrolEvent::LostStepsSuspected(id, reason));
+                    }
+                    active.judgement = Some(judgement);
+                }
+                PatrolEvent::Judged(id, result)
+            }
+            ServiceMessage::Recorded(id, result) => {
+                let result = result.map_err(|refusal| refusal.to_string());
+                PatrolEvent::Recorded(id, result.map(|reply| self.recorded_reply = Some(reply)))
+            }
+            ServiceMessage::ConfigRead(Ok(loaded)) => {
+                let change = self.settings_change(&loaded.settings);
+                self.next_config = Some(loaded);
+                PatrolEvent::Reload(Ok(change))
+            }
+            ServiceMessage::ConfigRead(Err(errors)) => {
+                PatrolEvent::Reload(Err(errors.iter().map(ToString::to_string).collect()))
+            }
+            ServiceMessage::Note(severity, device, text) => {
+                return self.log_event(severity, &device, text);
+            }
+        };
+        self.handle(event);
+    }
+
+    pub(super) fn tick(&mut self) {
+        self.drop_disconnected_clients();
+        self.wall_clock
+            .update(self.started.elapsed(), jiff::Timestamp::now());
+        self.handle(PatrolEvent::Tick);
+        let judging_overdue = self.judging && self.step_started.elapsed() > JUDGE_LIMIT;
+        let overdue = judging_overdue
+            || self.services.scanner.is_overdue()
+            || self.services.writer.is_overdue();
+        if overdue && !self.overdue {
+            let phase = self.machine.phase();
+            tracing::error!("{phase} timed out; watchdog notifications stopped");
+        }
+        self.overdue = overdue;
+        if !overdue {
+            self.services.systemd.feed_watchdog();
+        }
+        if Instant::now() >= self.retention_due && self.machine.current().is_none() {
+            self.apply_retention();
+        }
+    }
+
+    pub(super) fn notify_reloading(&self) {
+        self.services.systemd.reloading();
+    }
+
+    pub(super) fn stop(&mut self) {
+        self.services.systemd.stopping();
+        self.services.writer.skip_optional();
+        self.handle(PatrolEvent::Shutdown);
+    }
+
+    /// Writes everything submitted to disk; gives up after `limit`.
+    pub(super) fn finish(mut self, limit: Duration) {
+        if !self.exited {
+            let text = "the devices did not stop in time; service ended without them";
+            self.log_event(Severity::Error, "service", text.to_owned());
+        }
+        self.log_event(Severity::Info, "service", "patrold stopped".to_owned());
+        if !self.services.writer.finish(limit) {
+            tracing::error!("flush timed out; the last records may be lost");
+        }
+    }
+
+    fn handle(&mut self, event: PatrolEvent) {
+        let now = self.services.scanner.clock().now();
+        let actions = self.machine.handle(now, event);
+        // Before the replies: a client that has its reply never reads an older status.
+        self.publish_status();
+        self.perform(actions);
+    }
+
+    fn scanner_event(&mut self, event: ScannerEvent) -> PatrolEvent {
+        match event {
+            ScannerEvent::Ready(identity) => {
+                self.services
+                    .status
+                    .send_modify(|status| status.devices.identity = identity);
+                PatrolEvent::DevicesReady
+            }
+            ScannerEvent::Failed(reason) => PatrolEvent::DevicesFailed(reason),
+            ScannerEvent::Absent(reason) => PatrolEvent::DevicesAbsent(reason),
+            ScannerEvent::Lost(reason) => PatrolEvent::DevicesLost(reason),
+            ScannerEvent::Closed => PatrolEvent::DevicesClosed,
+            ScannerEvent::Swept(id, raw_sweep) => {
+                let now = self.services.scanner.clock().now();
+                let spent = now.saturating_sub(self.sweep_started);
+                if let Some(active) = self.active.as_mut().filter(|a| a.request.id == id) {
+                    active.timing.sweep += spent.as_secs_f64() * 1e3;
+                    self.raw_sweep = Some(*raw_sweep);
+                }
+                PatrolEvent::SweepDone(id)
+            }
+            ScannerEvent::Returned(duration) => {
+                let return_ms = duration.map(|duration| duration.as_secs_f64() * 1e3);
+                self.services
+                    .status
+                    .send_modify(|status| status.devices.return_ms = return_ms);
+                // The patrol has no event for it.
+                PatrolEvent::Tick
+            }
+            ScannerEvent::SweepFailed(id, error) => PatrolEvent::SweepFailed {
+                id,
+                reason: error.reason,
+                lost: error.lost,
+            },
+        }
+    }
+
+    fn request_event(&mut self, request: ClientRequest) -> PatrolEvent {
+        self.last_request_id += 1;
+        let id = self.last_request_id;
+        self.reply_channels.insert(id, request.reply_to);
+        PatrolEvent::Requested(PatrolRequest {
+            id,
+            task: request.task,
+            waypoint: request.waypoint,
+        })
+    }
+
+    fn perform(&mut self, actions: Vec<PatrolAction>) {
+        for action in actions {
+            match action {
+                PatrolAction::OpenDevices => self.services.scanner.open(Arc::clone(&self.settings)),
+                PatrolAction::CancelDevices => self.services.scanner.cancel(),
+                PatrolAction::CloseDevices => self.services.scanner.close(),
+                PatrolAction::DistrustHead => self.services.scanner.distrust_head(),
+                PatrolAction::Prepare(request) => self.prepare(request),
+                PatrolAction::StartSweep(request) => self.start_sweep(request),
+                PatrolAction::Judge(request) => self.judge(&request),
+                PatrolAction::Record(request) => self.record(request, None),
+                PatrolAction::RecordNotObserved(request, reason) => {
+                    self.record(request, Some(reason))
+                }
+                PatrolAction::Reply(request) => self.reply(&request),
+                PatrolAction::Refuse(request, refusal) => {
+                    let (task, waypoint) = (request.task.as_str(), &request.waypoint);
+                    tracing::warn!(WAYPOINT = %waypoint, "{task} {waypoint}: {refusal}");
+                    self.send_reply(request.id, ServiceReply::Refused(refusal));
+                }
+                PatrolAction::Abandon(request) => self.abandon(&request),
+                PatrolAction::ApplySettings => self.apply_settings(),
+                PatrolAction::KeepSettings(errors) => self.keep_settings(&errors),
+                PatrolAction::LogEvent(severity, text) => self.log_event(severity, "devices", text),
+                PatrolAction::Exit => self.exited = true,
+            }
+        }
+    }
+
+    fn active_for(&mut self, request: PatrolRequest) -> ActiveRequest {
+        match self.active.take() {
+            Some(active) if active.request.id == request.id => active,
+            _ => ActiveRequest::new(request, Arc::clone(&self.settings)),
+        }
+    }
+
+    fn prepare(&mut self, request: PatrolRequest) {
+        let (id, waypoint) = (request.id, request.waypoint.clone());
+        self.active = Some(self.active_for(request));
+        let inbox = self.services.inbox.clone();
+        self.services.writer.submit(
+            move |store| store.reference(&waypoint).map_err(refusal_reason),
+            move |reference| send(&inbox, ServiceMessage::Prepared(id, reference)),
+        );
+    }
+
+    fn start_sweep(&mut self, request: PatrolRequest) {
+        let waypoint = (request.task != PatrolTask::Sweep).then(|| request.waypoint.clone());
+        let mut active = self.active_for(request);
+        active.settings = Arc::clone(&self.settings);
+        self.sweep_started = self.services.scanner.clock().now();
+        self.services
+            .scanner
+            .sweep(active.request.id, Arc::clone(&active.settings), waypoint);
+        self.active = Some(active);
+    }
+
+    fn judge(&mut self, request: &PatrolRequest) {
+        let (Some(active), Some(raw)) = (&self.active, self.raw_sweep.take()) else {
+            // Unreachable as long as the patrol asks for a sweep first.
+            let lost = PatrolEvent::Judged(request.id, Err("the sweep was lost".to_owned()));
+            return self.handle(lost);
+        };
+        let (id, task, waypoint) = (request.id, request.task, request.waypoint.clone());
+        let reference = active.reference.clone();
+        let repeated = active.repeated_sweep;
+        let settings = Arc::clone(&active.settings);
+        let (references, inbox) = (self.references.clone(), self.services.inbox.clone());
+        self.step_started = Instant::now();
+        self.judging = true;
+        let judging = tokio::task::spawn_blocking(move || {
+            let reference = reference.as_deref();
+            judge_sweep(
+                task,
+                &waypoint,
+                &raw,
+                repeated,
+                reference,
+                &settings,
+                &references,
+            )
+        });
+        tokio::spawn(async move {
+            let judgement = judging
+                .await
+                .unwrap_or_else(SweepJudgement::from_join_error);
+            send(&inbox, ServiceMessage::Judged(id, judgement));
+        });
+    }
+
+    fn record(&mut self, request: PatrolRequest, not_observed: Option<String>) {
+        let id = request.id;
+        let active = self.active_for(request);
+        let inbox = self.services.inbox.clone();
+        self.judging = false;
+        self.step_started = Instant::now();
+        self.services.writer.submit(
+            move |store| active.record(store, not_observed.as_deref(), &record_time_now()),
+            move |result| send(&inbox, ServiceMessage::Recorded(id, result)),
+        );
+    }
+
+    fn step_ms(&self) -> f64 {
+        self.step_started.elapsed().as_secs_f64() * 1e3
+    }
+}
+
+fn send(inbox: &UnboundedSender<ServiceMessage>, message: ServiceMessage) {
+    // The loop may have ended before the sender.
+    let _ = inbox.send(message);
+}

@@ -1,0 +1,77 @@
+//! Replies to clients, and clients that disconnect before they have one.
+
+use super::Controller;
+use crate::patrol::event::{PatrolEvent, PatrolRequest};
+use crate::patrol::severity::Severity;
+use crate::service::replies::{ServiceReply, VisitReply};
+
+impl Controller {
+    pub(super) fn reply(&mut self, request: &PatrolRequest) {
+        let spent_ms = self.step_ms();
+        let mut reply = match (self.recorded_reply.take(), self.active.take()) {
+            (Some(recorded), _) => recorded,
+            (None, Some(active)) => active.into_sweep_reply(),
+            (None, None) => return,
+        };
+        match &mut reply {
+            ServiceReply::Visit(visit) => {
+                visit.timing_ms.record = spent_ms;
+                log_visit(visit);
+            }
+            ServiceReply::Teach(teach) => {
+                teach.timing_ms.record = spent_ms;
+                let (waypoint, version) = (&teach.waypoint, teach.version);
+                tracing::info!(WAYPOINT = %waypoint, "{waypoint}: reference version {version} taken");
+            }
+            ServiceReply::Sweep(_) | ServiceReply::Refused(_) => {}
+        }
+        self.send_reply(request.id, reply);
+    }
+
+    pub(super) fn send_reply(&mut self, id: u64, reply: ServiceReply) {
+        if let Some(channel) = self.reply_channels.remove(&id) {
+            // The client may have disconnected; the log has the outcome.
+            let _ = channel.send(reply);
+        }
+    }
+
+    pub(super) fn drop_disconnected_clients(&mut self) {
+        let closed = self
+            .reply_channels
+            .iter()
+            .filter(|(_, channel)| channel.is_closed());
+        let mut disconnected: Vec<u64> = closed.map(|(id, _)| *id).collect();
+        // The last of the queue first: dropping the first would start the next.
+        disconnected.sort_unstable_by(|a, b| b.cmp(a));
+        for id in disconnected {
+            self.reply_channels.remove(&id);
+            self.handle(PatrolEvent::ClientGone(id));
+        }
+    }
+
+    pub(super) fn abandon(&mut self, request: &PatrolRequest) {
+        self.active
+            .take_if(|active| active.request.id == request.id);
+        self.raw_sweep = None;
+        self.judging = false;
+        let (task, waypoint) = (request.task.as_str(), &request.waypoint);
+        let name = format!("{task} {waypoint}");
+        let text = format!("{} dropped: the client disconnected", name.trim_end());
+        self.log_event(Severity::Warning, "service", text);
+    }
+}
+
+fn log_visit(visit: &VisitReply) {
+    let (waypoint, verdict, reason) = (&visit.waypoint, &visit.verdict, &visit.reason);
+    let (d_gmm, alarm_id) = (visit.d_gmm, visit.alarm.map(|alarm| alarm.id));
+    match alarm_id {
+        Some(id) => tracing::warn!(
+            WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm, ALARM_ID = id,
+            "{waypoint}: {verdict}, alarm {id}: {reason}"
+        ),
+        None => tracing::info!(
+            WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm,
+            "{waypoint}: {verdict}: {reason}"
+        ),
+    }
+}

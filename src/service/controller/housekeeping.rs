@@ -1,0 +1,150 @@
+//! What the controller does besides the patrol: settings, event log, retention, status.
+
+use super::Controller;
+use crate::config::Settings;
+use crate::patrol::event::SettingsChange;
+use crate::patrol::machine::DeviceAvailability;
+use crate::patrol::severity::Severity;
+use crate::service::constants::RETENTION_INTERVAL;
+use crate::service::judgement::ReferenceCache;
+use crate::service::record_time::record_time_now;
+use crate::service::replies::{CurrentStatus, DevicesStatus};
+use crate::store::Retention;
+use std::sync::Arc;
+use std::time::Instant;
+
+const BYTES_PER_GIB: f64 = 1024.0 * 1024.0 * 1024.0;
+
+impl Controller {
+    pub(super) fn settings_change(&self, new: &Settings) -> SettingsChange {
+        let old = &self.settings;
+        if old.laser == new.laser && old.ptu == new.ptu {
+            SettingsChange::KeepDevices
+        } else {
+            SettingsChange::ReopenDevices
+        }
+    }
+
+    pub(super) fn apply_settings(&mut self) {
+        let Some(loaded) = self.next_config.take() else {
+            return;
+        };
+        let (old, new) = (&self.settings, &loaded.settings);
+        let needs_restart = [
+            ("store.dir", old.store.dir != new.store.dir),
+            ("api.socket", old.api != new.api),
+            ("log.to", old.log.to != new.log.to),
+        ];
+        for (key, _) in needs_restart.iter().filter(|(_, changed)| *changed) {
+            tracing::warn!("{key} changed; it takes effect when the service is restarted");
+        }
+        if let Some(log) = &self.services.log {
+            log.set(&new.log.level);
+        }
+        // The cached ones were prepared under the old settings.
+        self.references = ReferenceCache::default();
+        self.settings = Arc::new(loaded.settings.clone());
+        self.services.status.send_modify(|status| {
+            status.robot.clone_from(&loaded.settings.robot.name);
+            status.config_files = loaded
+                .files
+                .iter()
+                .map(|f| f.display().to_string())
+                .collect();
+            status.config_loaded_at = record_time_now().to_rfc3339();
+        });
+        let text = "configuration reloaded".to_owned();
+        self.log_event(Severity::Info, "service", text);
+        self.services.systemd.ready();
+    }
+
+    pub(super) fn keep_settings(&mut self, errors: &[String]) {
+        let text = format!(
+            "configuration not reloaded, the old one stays: {}",
+            errors.join("; ")
+        );
+        self.log_event(Severity::Error, "service", text);
+        self.services.systemd.ready();
+    }
+
+    pub(super) fn log_event(&mut self, severity: Severity, device: &str, text: String) {
+        match severity {
+            Severity::Info => tracing::info!(DEVICE = device, "{device}: {text}"),
+            Severity::Warning => tracing::warn!(DEVICE = device, "{device}: {text}"),
+            Severity::Error => tracing::error!(DEVICE = device, "{device}: {text}"),
+        }
+        let device = device.to_owned();
+        self.services.writer.submit_optional(
+            move |store| store.note_event(severity, &device, &text, &record_time_now()),
+            |written| {
+                if let Err(error) = written {
+                    tracing::error!("event not written to the store: {error}");
+                }
+            },
+        );
+    }
+
+    pub(super) fn apply_retention(&mut self) {
+        self.retention_due = Instant::now() + RETENTION_INTERVAL;
+        let store = &self.settings.store;
+        let age = Some(store.keep_days)
+            .filter(|days| *days > 0.0 && self.wall_clock.is_stable(self.started.elapsed()))
+            .map(|days| jiff::SignedDuration::from_secs((days * 86_400.0) as i64));
+        let retention = Retention {
+            older_than: age.and_then(|age| jiff::Timestamp::now().checked_sub(age).ok()),
+            max_bytes: (store.keep_gib > 0.0).then_some((store.keep_gib * BYTES_PER_GIB) as u64),
+        };
+        self.services.writer.submit_optional(
+            move |store| store.apply_retention(&retention),
+            |result| match result {
+                Ok(deleted) if deleted.sweeps > 0 => {
+                    tracing::info!(
+                        "{} old sweeps deleted, {} bytes",
+                        deleted.sweeps,
+                        deleted.bytes
+                    );
+                }
+                Ok(_) => {}
+                Err(error) => tracing::error!("old sweeps not deleted: {error}"),
+            },
+        );
+    }
+
+    pub(super) fn publish_status(&mut self) {
+        let (state, reason) = match self.machine.devices() {
+            DeviceAvailability::Opening => ("opening", None),
+            DeviceAvailability::Ready => ("ready", None),
+            DeviceAvailability::Lost { reason, .. } => ("lost", Some(reason.clone())),
+            DeviceAvailability::Closed => ("closed", None),
+        };
+        let current = self.machine.current().map(|(request, _)| CurrentStatus {
+            task: request.task.as_str().to_owned(),
+            waypoint: request.waypoint.clone(),
+        });
+        let phase = self.machine.phase();
+        let mut line = match &current {
+            Some(current) if !current.waypoint.is_empty() => {
+                format!("{phase} ({} {})", current.task, current.waypoint)
+            }
+            Some(current) => format!("{phase} ({})", current.task),
+            None => phase.to_owned(),
+        };
+        line.push_str(&format!("; devices {state}"));
+        if let Some(reason) = &reason {
+            line.push_str(&format!(": {}", reason.lines().next().unwrap_or_default()));
+        }
+        self.services.systemd.status(line);
+        let waiting = self.machine.queued();
+        self.services.status.send_modify(|status| {
+            phase.clone_into(&mut status.phase);
+            status.devices = DevicesStatus {
+                state: state.to_owned(),
+                reason,
+                identity: std::mem::take(&mut status.devices.identity),
+                return_ms: status.devices.return_ms,
+            };
+            status.current = current;
+            status.waiting = waiting;
+        });
+    }
+}

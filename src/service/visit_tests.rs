@@ -1,0 +1,9 @@
+//! Whole visits in virtual time: the patrol, the devices' state machines on emulated devices, and the engine, without
+//! threads or disk.
+
+mod device_faults;
+mod displaced_robot;
+mod lost_steps;
+mod return_to_start;
+mod unplugging;
+mod virtual_patrol;

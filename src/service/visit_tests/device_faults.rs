@@ -1,0 +1,332 @@
+//! Every fault of both devices, injected into whole visits: never an alarm or a false quiet, and a normal visit afterwards.
+
+use super::virtual_patrol::{VirtualPatrol, taught_storeroom};
+use ExpectedOutcome::{NotObserved, Tolerated};
+use patrold_engine::novelty::Verdict;
+use std::time::Duration;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum FaultTime {
+    /// While the devices are being opened.
+    Connecting,
+    /// Seven seconds after the request, while the head tilts.
+    Sweeping,
+}
+
+/// Outcome of the visit with the fault.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum ExpectedOutcome {
+    /// The sweep is complete and the verdict right.
+    Tolerated,
+    /// The reason contains this text.
+    NotObserved(&'static str),
+}
+
+struct FaultCase {
+    fault: &'static str,
+    connecting: ExpectedOutcome,
+    sweeping: ExpectedOutcome,
+}
+
+const fn case(
+    fault: &'static str,
+    connecting: ExpectedOutcome,
+    sweeping: ExpectedOutcome,
+) -> FaultCase {
+    FaultCase {
+        fault,
+        connecting,
+        sweeping,
+    }
+}
+
+const LASER: [FaultCase; 37] = [
+    case(
+        "laser.unplug:for=3",
+        NotObserved("laser.port"),
+        NotObserved("has gone"),
+    ),
+    case(
+        "laser.unplug:for=3,power=kept",
+        NotObserved("laser.port"),
+        NotObserved("has gone"),
+    ),
+    case("laser.brown-out", Tolerated, NotObserved("restarted")),
+    case(
+        "laser.bad-sum:count=4",
+        Tolerated,
+        NotObserved("gap in the sweep"),
+    ),
+    case("laser.dropped-byte:count=2", Tolerated, Tolerated),
+    case("laser.bit-flip:count=2", Tolerated, Tolerated),
+    case(
+        "laser.garbage:count=3",
+        Tolerated,
+        NotObserved("gap in the sweep"),
+    ),
+    case("laser.flood:count=20", Tolerated, NotObserved("timer")),
+    case(
+        "laser.endless-line:count=20",
+        Tolerated,
+        NotObserved("timer"),
+    ),
+    case(
+        "laser.truncated-scan:count=2",
+        Tolerated,
+        NotObserved("gap in the sweep"),
+    ),
+    case(
+        "laser.truncated-scan:count=30",
+        NotObserved("timer"),
+        NotObserved("timer"),
+    ),
+    case(
+        "laser.repeated-stamp",
+        NotObserved("stamp"),
+        NotObserved("stamp"),
+    ),
+    case(
+        "laser.older-stamp",
+        NotObserved("timer"),
+        NotObserved("timer"),
+    ),
+    case(
+        "laser.frozen-data",
+        NotObserved("frozen"),
+        NotObserved("frozen"),
+    ),
+    case(
+        "laser.frozen-data:count=6,for=20",
+        NotObserved("frozen"),
+        NotObserved("frozen"),
+    ),
+    case(
+        "laser.silence",
+        NotObserved("cable"),
+        NotObserved("brought it back"),
+    ),
+    case(
+        "laser.silence:for=2",
+        Tolerated,
+        NotObserved("incomplete sweep"),
+    ),
+    case(
+        "laser.verify:status=21",
+        Tolerated,
+        NotObserved("incomplete sweep"),
+    ),
+    case(
+        "laser.verify:status=49,for=3",
+        Tolerated,
+        NotObserved("incomplete sweep"),
+    ),
+    case(
+        "laser.hardware",
+        NotObserved("reports a fault"),
+        NotObserved("hardware trouble"),
+    ),
+    case(
+        "laser.hardware:status=97,for=2",
+        Tolerated,
+        NotObserved("hardware trouble"),
+    ),
+    case(
+        "laser.trouble-stat",
+        NotObserved("reports a fault"),
+        Tolerated,
+    ),
+    case("laser.odd-version", Tolerated, Tolerated),
+    case("laser.torn-version", Tolerated, Tolerated),
+    case("laser.left-streaming", Tolerated, Tolerated),
+    case(
+        "laser.left-in-time-adjust",
+        Tolerated,
+        NotObserved("brought it back"),
+    ),
+    case("laser.firmware-update", Tolerated, NotObserved("timer")),
+    case("laser.deafened", Tolerated, Tolerated),
+    case(
+        "laser.covered:for=25",
+        NotObserved("blind"),
+        NotObserved("blind"),
+    ),
+    case("laser.covered:for=2", Tolerated, NotObserved("blind")),
+    case(
+        "laser.half-covered:for=25",
+        NotObserved("blind"),
+        NotObserved("blind"),
+    ),
+    case("laser.half-covered:for=2", Tolerated, NotObserved("blind")),
+    case("laser.timer-jump", Tolerated, NotObserved("timer")),
+    case("laser.timer-jump:by=-0.1", Tolerated, NotObserved("timer")),
+    case("laser.timer-jump:by=0.04", Tolerated, NotObserved("timer")),
+    case("laser.timer-set", Tolerated, NotObserved("timer")),
+    case("laser.timer-set:to=16775", Tolerated, NotObserved("timer")),
+];
+
+const HEAD: [FaultCase; 39] = [
+    case(
+        "ptu.unplug:for=3",
+        NotObserved("ptu.port"),
+        NotObserved("has gone"),
+    ),
+    case(
+        "ptu.unplug:for=3,power=kept",
+        NotObserved("ptu.port"),
+        NotObserved("has gone"),
+    ),
+    case("ptu.lost-steps:axis=tilt,steps=20", Tolerated, Tolerated),
+    case("ptu.lost-steps:axis=tilt,steps=-60", Tolerated, Tolerated),
+    case("ptu.lost-steps:axis=pan,steps=20", Tolerated, Tolerated),
+    case("ptu.lost-steps:axis=pan,steps=200", Tolerated, Tolerated),
+    case(
+        "ptu.stuck:axis=tilt,for=3",
+        Tolerated,
+        NotObserved("stopped at"),
+    ),
+    case(
+        "ptu.stuck:axis=tilt,hidden=true,for=1",
+        Tolerated,
+        Tolerated,
+    ),
+    case(
+        "ptu.stuck:axis=tilt,hidden=true,for=40",
+        NotObserved("not trusted"),
+        NotObserved("not trusted"),
+    ),
+    case("ptu.stuck:axis=pan,for=40", Tolerated, Tolerated),
+    case(
+        "ptu.slow:axis=tilt,factor=0.5,for=40",
+        NotObserved("did not finish"),
+        NotObserved("did not finish"),
+    ),
+    case(
+        "ptu.overshoot:axis=tilt,steps=30,for=40",
+        Tolerated,
+        Tolerated,
+    ),
+    case("ptu.event:which=P", Tolerated, NotObserved("limit")),
+    case("ptu.event:which=T", Tolerated, NotObserved("limit")),
+    case("ptu.event:which=D", Tolerated, NotObserved("cable")),
+    case(
+        "ptu.event:which=T,within=3",
+        Tolerated,
+        NotObserved("limit"),
+    ),
+    case("ptu.text", Tolerated, Tolerated),
+    case("ptu.echo", Tolerated, NotObserved("restarted")),
+    case("ptu.verbose", Tolerated, NotObserved("restarted")),
+    case("ptu.velocity", Tolerated, NotObserved("did not finish")),
+    case("ptu.slaved", Tolerated, Tolerated),
+    case("ptu.limits-off", Tolerated, Tolerated),
+    case("ptu.monitor", Tolerated, NotObserved("stopped at")),
+    case("ptu.moving", Tolerated, NotObserved("stopped at")),
+    case(
+        "ptu.unit-id",
+        NotObserved("is silent"),
+        NotObserved("no valid reply"),
+    ),
+    case("ptu.baud", Tolerated, Tolerated),
+    case("ptu.axis-error", Tolerated, Tolerated),
+    case("ptu.supply", Tolerated, Tolerated),
+    case(
+        "ptu.silence:for=30",
+        NotObserved("is silent"),
+        NotObserved("no valid reply"),
+    ),
+    case(
+        "ptu.silence:deaf=true,for=20",
+        NotObserved("is silent"),
+        NotObserved("no valid reply"),
+    ),
+    case("ptu.silence:for=1", Tolerated, Tolerated),
+    case("ptu.lost-byte", Tolerated, Tolerated),
+    case(
+        "ptu.lost-byte:count=50",
+        NotObserved("is silent"),
+        NotObserved("no valid reply"),
+    ),
+    case("ptu.garbage-byte", Tolerated, Tolerated),
+    case(
+        "ptu.garbage-byte:count=50",
+        NotObserved("answers, but not as"),
+        NotObserved("no valid reply"),
+    ),
+    case("ptu.reset-fails", Tolerated, Tolerated),
+    case("ptu.power-cycle", Tolerated, NotObserved("restarted")),
+    case("ptu.power-cycle:for=1", Tolerated, NotObserved("restarted")),
+    case(
+        "ptu.wrong-baud:for=5",
+        Tolerated,
+        NotObserved("no valid reply"),
+    ),
+];
+
+/// A visit with the fault and one after it; an error text where either is wrong.
+fn run_case(case: &FaultCase, when: FaultTime) -> Result<(), String> {
+    let mut patrol = VirtualPatrol::with_reference(&taught_storeroom(), 7);
+    let (device, rest) = case.fault.split_once('.').expect("device.kind");
+    let (fault, expected) = match when {
+        FaultTime::Connecting => (case.fault.to_owned(), case.connecting),
+        FaultTime::Sweeping => {
+            let (kind, keys) = rest.split_once(':').unwrap_or((rest, ""));
+            (format!("{device}.{kind}:at=7,{keys}"), case.sweeping)
+        }
+    };
+    if when == FaultTime::Connecting {
+        // The fault is there when the device is plugged in again.
+        patrol.inject(&format!("{device}.unplug:for=2"));
+        patrol.until_ready(false).expect("noticed");
+        patrol.until_plugged_in();
+    }
+    patrol.inject(&fault);
+    let result = patrol.visit();
+    let text = format!("{fault} {when:?}: {:?}: {}", result.verdict, result.reason);
+    let as_expected = match expected {
+        Tolerated => result.verdict == Verdict::Quiet,
+        NotObserved(word) => result.verdict == Verdict::NotObserved && result.reason.contains(word),
+    };
+    if !as_expected || result.reason.contains('\n') {
+        return Err(text);
+    }
+    // Some faults need a power cycle.
+    patrol.inject("laser.unplug:for=1");
+    patrol.inject("ptu.unplug:for=1");
+    patrol.idle(Duration::from_secs(60));
+    if patrol.until_ready(true).is_none() {
+        return Err(format!("{text}; not ready again: {:?}", patrol.event_log));
+    }
+    let normal = patrol.visit();
+    if normal.verdict != Verdict::Quiet {
+        return Err(format!("{text}; after it: {normal:?}"));
+    }
+    Ok(())
+}
+
+fn run_all(cases: &[FaultCase]) {
+    let runs = cases.iter().flat_map(|case| {
+        [FaultTime::Connecting, FaultTime::Sweeping].map(|when| run_case(case, when).err())
+    });
+    let wrong: Vec<String> = runs.flatten().collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn no_laser_fault_gives_an_alarm_or_a_false_quiet() {
+    run_all(&LASER);
+}
+
+#[test]
+fn no_head_fault_gives_an_alarm_or_a_false_quiet() {
+    run_all(&HEAD);
+}
+
+#[test]
+fn every_kind_of_fault_is_tested() {
+    let laser = scip::emulator::LaserFault::kinds().map(|kind| format!("laser.{kind}"));
+    let head = ptu::emulator::HeadFaultKind::kinds().map(|kind| format!("ptu.{kind}"));
+    for kind in laser.chain(head) {
+        let tested = |case: &FaultCase| case.fault.split(':').next() == Some(&kind);
+        assert!(LASER.iter().chain(&HEAD).any(tested), "{kind}");
+    }
+}

@@ -1,0 +1,395 @@
+//! A patrol in virtual time and without threads: requests in, verdicts out.
+
+use crate::config::Settings;
+use crate::devices::lockstep::links::EmulatedDevices;
+use crate::devices::{Cancel, Station};
+use crate::patrol::action::PatrolAction;
+use crate::patrol::event::{PatrolEvent, PatrolRequest, PatrolTask, RefusalReason};
+use crate::patrol::machine::{self, PatrolMachine};
+use crate::service::constants::{IDLE_CHECK_INTERVAL, TICK};
+use crate::service::judgement::{ReferenceCache, SweepFinding, SweepJudgement, judge_sweep};
+use crate::service::scanner::{
+    ConnectError, DeviceNoteSink, Scanner, ScannerConnector, ScannerError,
+};
+use crate::service::scanner_thread::max_sweep_duration;
+use crate::service::station_scanner::StationConnector;
+use crate::store::StoredReference;
+use nalgebra::Point3;
+use patrold_engine::novelty::Verdict;
+use patrold_engine::sweep::RawSweep;
+use patrold_sim::emulator::{EmulatedFault, Emulation, EmulationOptions};
+use patrold_sim::world::{Pose2d, Scene, World};
+use std::collections::VecDeque;
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct VisitResult {
+    pub(super) verdict: Verdict,
+    pub(super) reason: String,
+}
+
+/// A reference that several patrols share.
+#[derive(Clone)]
+pub(super) struct TaughtReference {
+    pub(super) settings: Arc<Settings>,
+    pub(super) reference: Arc<StoredReference>,
+    pub(super) cache: ReferenceCache,
+}
+
+pub(super) struct VirtualPatrol {
+    pub(super) devices: EmulatedDevices,
+    pub(super) machine: PatrolMachine,
+    pub(super) event_log: Vec<String>,
+    /// Of the last sweep.
+    pub(super) sweep_duration: Duration,
+    /// Of the return after the last sweep.
+    pub(super) return_duration: Option<Duration>,
+    pub(super) sweep_count: usize,
+    connector: StationConnector,
+    scanner: Option<Box<dyn Scanner>>,
+    settings: Arc<Settings>,
+    references: ReferenceCache,
+    reference: Option<Arc<StoredReference>>,
+    raw_sweep: Option<RawSweep>,
+    judgement: Option<SweepJudgement>,
+    events: VecDeque<PatrolEvent>,
+    result: Option<Result<VisitResult, RefusalReason>>,
+    last_request_id: u64,
+    repeated_request: Option<u64>,
+    last_idle_check: Duration,
+}
+
+pub(super) fn scene(name: &str) -> Scene {
+    let folder = patrold_test_support::workspace_root().join("config/scenes");
+    let load = |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
+    Scene::resolve(name, &load).expect("a shipped scene")
+}
+
+pub(super) fn world(name: &str) -> Arc<World> {
+    Arc::new(scene(name).build(None).expect("builds"))
+}
+
+/// Pose of the robot of a scene, displaced by metres forward and left and degrees to the left.
+pub(super) fn displaced_pose(name: &str, (x_m, y_m, yaw_deg): (f64, f64, f64)) -> Pose2d {
+    let map_from_base = scene(name).map_from_base;
+    let position = map_from_base * Point3::new(x_m, y_m, 0.0);
+    Pose2d {
+        x_m: position.x,
+        y_m: position.y,
+        yaw_rad: map_from_base.rotation.euler_angles().2 + yaw_deg.to_radians(),
+    }
+}
+
+pub(super) fn settings() -> Settings {
+    let mut settings = Settings::defaults();
+    settings.laser.port = "/dev/pts/laser".to_owned();
+    settings.ptu.port = "/dev/pts/pan-tilt".to_owned();
+    settings
+}
+
+/// The storeroom, taught once.
+pub(super) fn taught_storeroom() -> TaughtReference {
+    static TAUGHT: OnceLock<TaughtReference> = OnceLock::new();
+    let teach = || {
+        let mut patrol =
+            VirtualPatrol::new(settings(), EmulationOptions::seeded(1), "storeroom.toml");
+        patrol.teach();
+        patrol.reference().expect("taught")
+    };
+    TAUGHT.get_or_init(teach).clone()
+}
+
+impl VirtualPatrol {
+    pub(super) fn new(settings: Settings, options: EmulationOptions, scene_name: &str) -> Self {
+        let map_from_base = scene(scene_name).map_from_base;
+        let emulation = Emulation::new(options, world(scene_name), map_from_base, Duration::ZERO);
+        Self::with_devices(EmulatedDevices::new(emulation), Arc::new(settings))
+    }
+
+    /// In the storeroom, with its reference and ready devices.
+    pub(super) fn with_reference(taught: &TaughtReference, seed: u64) -> Self {
+        let options = EmulationOptions::seeded(seed);
+        let mut patrol = Self::new((*taught.settings).clone(), options, "storeroom.toml");
+        patrol.references = taught.cache.clone();
+        patrol.reference = Some(Arc::clone(&taught.reference));
+        patrol.until_ready(true).expect("ready");
+        patrol
+    }
+
+    fn with_devices(devices: EmulatedDevices, settings: Arc<Settings>) -> Self {
+        let links = devices.clone();
+        let connector = StationConnector::with_open(move |settings, notes, memory, cancel| {
+            Station::open_with_links(links.links(), settings, notes, memory, cancel)
+        });
+        let (machine, first_actions) = PatrolMachine::start();
+        let mut patrol = Self {
+            last_idle_check: devices.now(),
+            devices,
+            machine,
+            event_log: Vec::new(),
+            sweep_duration: Duration::ZERO,
+            return_duration: None,
+            sweep_count: 0,
+            connector,
+            scanner: None,
+            settings,
+            references: ReferenceCache::default(),
+            reference: None,
+            raw_sweep: None,
+            judgement: None,
+            events: VecDeque::new(),
+            result: None,
+            last_request_id: 0,
+            repeated_request: None,
+        };
+        patrol.perform(first_actions);
+        patrol
+    }
+
+    pub(super) fn inject(&self, fault: &str) {
+        let fault: EmulatedFault = fault.parse().expect("a fault");
+        self.devices
+            .with_emulation(|emulation| emulation.inject(fault));
+    }
+
+    /// Only the devices run meanwhile.
+    pub(super) fn until_plugged_in(&self) {
+        while !self
+            .devices
+            .with_emulation(|e| e.laser_plugged_in() && e.head_plugged_in())
+        {
+            self.devices.advance(TICK);
+        }
+    }
+
+    pub(super) fn reference(&self) -> Option<TaughtReference> {
+        Some(TaughtReference {
+            settings: Arc::clone(&self.settings),
+            reference: self.reference.clone()?,
+            cache: self.references.clone(),
+        })
+    }
+
+    pub(super) fn is_ready(&self) -> bool {
+        *self.machine.devices() == machine::DeviceAvailability::Ready
+    }
+
+    pub(super) fn idle(&mut self, time: Duration) {
+        let until = self.devices.now() + time;
+        while self.devices.now() < until {
+            self.step();
+        }
+    }
+
+    /// Idles until the devices are ready, or not ready any more, and gives the time it took; `None` after 200 s.
+    pub(super) fn until_ready(&mut self, ready: bool) -> Option<Duration> {
+        let start = self.devices.now();
+        while self.is_ready() != ready {
+            if self.devices.now() - start > Duration::from_secs(200) {
+                return None;
+            }
+            self.step();
+        }
+        Some(self.devices.now() - start)
+    }
+
+    pub(super) fn teach(&mut self) {
+        self.run_request(PatrolTask::Teach).expect("taught");
+    }
+
+    pub(super) fn visit(&mut self) -> VisitResult {
+        self.run_request(PatrolTask::Visit)
+            .expect("a visit is always recorded")
+    }
+
+    fn run_request(&mut self, task: PatrolTask) -> Result<VisitResult, RefusalReason> {
+        self.last_request_id += 1;
+        self.events.push_back(PatrolEvent::Requested(PatrolRequest {
+            id: self.last_request_id,
+            task,
+            waypoint: "hall".to_owned(),
+        }));
+        loop {
+            self.step();
+            if let Some(result) = self.result.take() {
+                return result;
+            }
+        }
+    }
+
+    /// One pass of the service loop.
+    fn step(&mut self) {
+        let event = self.events.pop_front().unwrap_or_else(|| {
+            self.devices.advance(TICK);
+            self.check_idle_devices();
+            self.events.pop_front().unwrap_or(PatrolEvent::Tick)
+        });
+        let actions = self.machine.handle(self.devices.now(), event);
+        self.perform(actions);
+    }
+
+    /// As the scanner thread does it.
+    fn check_idle_devices(&mut self) {
+        if self.devices.now() < self.last_idle_check + IDLE_CHECK_INTERVAL {
+            return;
+        }
+        self.last_idle_check = self.devices.now();
+        self.report_lost_devices();
+    }
+
+    fn report_lost_devices(&mut self) {
+        let error = self
+            .scanner
+            .as_mut()
+            .and_then(|scanner| scanner.check_connected().err());
+        if let Some(error) = error.filter(|error| error.lost) {
+            self.events
+                .push_back(PatrolEvent::DevicesLost(error.reason));
+        }
+    }
+
+    fn perform(&mut self, actions: Vec<PatrolAction>) {
+        for action in actions {
+            match action {
+                PatrolAction::OpenDevices => {
+                    let event = match self.resume_or_connect() {
+                        Ok(()) => PatrolEvent::DevicesReady,
+                        Err(ConnectError { reason, absent }) if absent => {
+                            PatrolEvent::DevicesAbsent(reason)
+                        }
+                        Err(ConnectError { reason, .. }) => PatrolEvent::DevicesFailed(reason),
+                    };
+                    self.events.push_back(event);
+                }
+                PatrolAction::Prepare(request) => {
+                    self.events
+                        .push_back(PatrolEvent::Prepared(request.id, Ok(())));
+                }
+                PatrolAction::DistrustHead => {
+                    if let Some(scanner) = &mut self.scanner {
+                        scanner.distrust_head();
+                    }
+                }
+                PatrolAction::StartSweep(request) => self.sweep(&request),
+                PatrolAction::Judge(request) => self.judge(&request),
+                PatrolAction::Record(request) => {
+                    self.result = Some(Ok(self.recorded_result()));
+                    self.events
+                        .push_back(PatrolEvent::Recorded(request.id, Ok(())));
+                }
+                PatrolAction::RecordNotObserved(request, reason) => {
+                    self.result = Some(Ok(VisitResult {
+                        verdict: Verdict::NotObserved,
+                        reason,
+                    }));
+                    self.events
+                        .push_back(PatrolEvent::Recorded(request.id, Ok(())));
+                }
+                PatrolAction::Refuse(_, refusal) => self.result = Some(Err(refusal)),
+                PatrolAction::LogEvent(_, text) => self.event_log.push(text),
+                PatrolAction::Reply(_) => {}
+                other => panic!("not implemented here: {other:?}"),
+            }
+        }
+    }
+
+    /// As the scanner thread does it.
+    fn resume_or_connect(&mut self) -> Result<(), ConnectError> {
+        let cancel = Cancel::new();
+        if let Some(scanner) = &mut self.scanner {
+            match scanner.resume(&cancel) {
+                Ok(()) => return Ok(()),
+                Err(error) if error.absent => return Err(error),
+                Err(_) => {}
+            }
+        }
+        self.scanner = None;
+        let notes = DeviceNoteSink::new(|_, _, _| ());
+        let mut scanner = self.connector.connect(&self.settings, &notes, &cancel)?;
+        scanner.describe();
+        self.scanner = Some(scanner);
+        Ok(())
+    }
+
+    fn sweep(&mut self, request: &PatrolRequest) {
+        self.sweep_count += 1;
+        let start = self.devices.now();
+        let swept = match &mut self.scanner {
+            Some(scanner) => scanner.sweep(&self.settings, Some("hall"), &Cancel::new()),
+            None => Err(ScannerError {
+                reason: "the devices are not open".to_owned(),
+                lost: true,
+            }),
+        };
+        self.sweep_duration = self.devices.now() - start;
+        assert!(
+            self.sweep_duration < max_sweep_duration(&self.settings, Some("hall")),
+            "the watchdog would end the service"
+        );
+        let id = request.id;
+        match swept {
+            Ok(raw_sweep) => {
+                self.raw_sweep = Some(raw_sweep);
+                self.events.push_back(PatrolEvent::SweepDone(id));
+                let scanner = self.scanner.as_mut();
+                self.return_duration = scanner.and_then(|s| s.return_to_start(&Cancel::new()));
+                self.report_lost_devices();
+            }
+            Err(error) => self.events.push_back(PatrolEvent::SweepFailed {
+                id,
+                reason: error.reason,
+                lost: error.lost,
+            }),
+        }
+    }
+
+    fn judge(&mut self, request: &PatrolRequest) {
+        let raw_sweep = self.raw_sweep.take().expect("swept");
+        let judgement = judge_sweep(
+            request.task,
+            "hall",
+            &raw_sweep,
+            self.repeated_request == Some(request.id),
+            self.reference.as_deref(),
+            &self.settings,
+            &self.references,
+        );
+        let result = judgement.finding.as_ref().map(|_| ()).map_err(Clone::clone);
+        if let Some(reason) = judgement.suspected_lost_steps {
+            self.repeated_request = Some(request.id);
+            return self
+                .events
+                .push_back(PatrolEvent::LostStepsSuspected(request.id, reason));
+        }
+        self.judgement = Some(judgement);
+        self.events
+            .push_back(PatrolEvent::Judged(request.id, result));
+    }
+
+    /// A taught reference is kept for the visits that follow.
+    fn recorded_result(&mut self) -> VisitResult {
+        let judgement = self.judgement.take().expect("judged");
+        match (judgement.finding, judgement.assembled) {
+            (Ok(SweepFinding::Visit(finding)), _) => VisitResult {
+                verdict: finding.verdict,
+                reason: finding.report.reason,
+            },
+            (Ok(SweepFinding::Reference(mixture)), Some(sweep)) => {
+                self.reference = Some(Arc::new(StoredReference {
+                    id: 1,
+                    version: 1,
+                    view: sweep.view,
+                    mixture,
+                    engine: self.settings.engine_json(),
+                    seed: self.settings.mixture.seed,
+                }));
+                VisitResult {
+                    verdict: Verdict::Quiet,
+                    reason: "taught".to_owned(),
+                }
+            }
+            (other, _) => panic!("nothing to record: {other:?}"),
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Large data in files named by the SHA-256 of their content. A file is written under a temporary name, synced and
+//! renamed, and its folder synced, before any row names it.
+
+use super::error::StoreError;
+use sha2::{Digest, Sha256};
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::process;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Suffix of a file that is still being written.
+const TEMP_SUFFIX: &str = ".tmp";
+/// Makes temporary names unique within this process.
+static TEMP_FILE_COUNT: AtomicU64 = AtomicU64::new(0);
+/// Hexadecimal digits of a SHA-256.
+const HASH_DIGITS: usize = 64;
+
+/// The folder of these files.
+#[derive(Debug, Clone)]
+pub(super) struct BlobFiles {
+    dir: PathBuf,
+}
+
+impl BlobFiles {
+    /// In the store's folder `dir`; need not exist.
+    pub fn new(dir: &Path) -> Self {
+        Self {
+            dir: dir.join("blobs"),
+        }
+    }
+
+    /// As [`new`](Self::new); creates the folder if it is missing.
+    ///
+    /// # Errors
+    /// It cannot be created.
+    pub fn create(dir: &Path) -> Result<Self, StoreError> {
+        let files = Self::new(dir);
+        fs::create_dir_all(&files.dir).map_err(|e| files.error(&files.dir, e))?;
+        Ok(files)
+    }
+
+    /// Stores `bytes`, on disk when this returns. Returns the file name.
+    ///
+    /// # Errors
+    /// The disk fails.
+    pub fn put(&self, bytes: &[u8]) -> Result<String, StoreError> {
+        let name = hex(&Sha256::digest(bytes));
+        let path = self.dir.join(&name);
+        let write = || -> io::Result<()> {
+            if !path.is_file() {
+                // Two writers may store the same content at once.
+                let nth = TEMP_FILE_COUNT.fetch_add(1, Ordering::Relaxed);
+                let own = format!("{name}.{}.{nth}{TEMP_SUFFIX}", process::id());
+                let temp = self.dir.join(own);
+                let mut file = File::create(&temp)?;
+                file.write_all(bytes)?;
+                file.sync_all()?;
+                fs::rename(&temp, &path)?;
+            }
+            // Also if the file exists: an earlier run may have stopped between the rename and this.
+            File::open(&self.dir)?.sync_all()
+        };
+        write().map_err(|e| self.error(&path, e))?;
+        Ok(name)
+    }
+
+    /// Reads the file `name` and checks its hash.
+    ///
+    /// # Errors
+    /// It is missing or was changed.
+    pub fn get(&self, name: &str) -> Result<Vec<u8>, StoreError> {
+        let path = self.dir.join(name);
+        let bytes = fs::read(&path).map_err(|e| self.error(&path, e))?;
+        let got = hex(&Sha256::digest(&bytes));
+        if got == name {
+            return Ok(bytes);
+        }
+        Err(StoreError::Changed {
+            what: path.display().to_string(),
+            expected: format!("content with hash {name}"),
+            got,
+        })
+    }
+
+    /// Deletes the file `name`. Returns its size in bytes, 0 if it did not exist.
+    ///
+    /// # Errors
+    /// The disk fails.
+    pub fn delete(&self, name: &str) -> Result<u64, StoreError> {
+        let path = self.dir.join(name);
+        let size = self.size(name);
+        match fs::remove_file(&path) {
+            Ok(()) => Ok(size),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(0),
+            Err(e) => Err(self.error(&path, e)),
+        }
+    }
+
+    /// Names of all files of the store, half-written ones too.
+    ///
+    /// # Errors
+    /// The folder cannot be read.
+    pub fn names(&self) -> Result<Vec<String>, StoreError> {
+        let read = || -> io::Result<Vec<String>> {
+            let mut names = Vec::new();
+            for entry in fs::read_dir(&self.dir)? {
+                let name = entry?.file_name().to_string_lossy().into_owned();
+                let (hash, rest) = name.split_at_checked(HASH_DIGITS).unwrap_or((&name, ""));
+                let is_ours = rest.is_empty() || rest.ends_with(TEMP_SUFFIX);
+                if is_ours
+                    && hash.len() == HASH_DIGITS
+                    && hash.bytes().all(|b| b.is_ascii_hexdigit())
+                {
+                    names.push(name);
+                }
+            }
+            names.sort();
+            Ok(names)
+        };
+        read().map_err(|e| self.error(&self.dir, e))
+    }
+
+    /// Size of the file `name` in bytes, 0 if it does not exist.
+    pub fn size(&self, name: &str) -> u64 {
+        fs::metadata(self.dir.join(name)).map_or(0, |m| m.len())
+    }
+
+    fn error(&self, path: &Path, source: io::Error) -> StoreError {
+        let path = path.to_owned();
+        StoreError::File { path, source }
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::BlobFiles;
+
+    #[test]
+    fn content_is_read_back_and_damage_is_detected() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let files = BlobFiles::create(dir.path()).expect("folder");
+        let name = files.put(b"abc").expect("kept");
+        // FIPS 180-2, appendix B.1.
+        assert_eq!(
+            name,
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+        );
+        assert_eq!(files.get(&name).expect("read"), b"abc");
+        assert_eq!(files.put(b"abc").expect("kept once"), name);
+        std::fs::write(dir.path().join("blobs").join(&name), b"abd").expect("damaged");
+        assert!(files.get(&name).is_err());
+        assert_eq!(files.delete(&name).expect("deleted"), 3);
+        assert_eq!(files.delete(&name).expect("gone already"), 0);
+    }
+}

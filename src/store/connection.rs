@@ -1,0 +1,268 @@
+//! The open database: one writer, many readers, every change in one transaction.
+
+use super::blob_files::BlobFiles;
+use super::error::StoreError;
+use rusqlite::{Connection, OpenFlags, Transaction, TransactionBehavior};
+use rusqlite_migration::{M, MigrationDefinitionError, Migrations};
+use std::cmp::Ordering;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// "PTRD" in the header of the database file.
+const APPLICATION_ID: i32 = 0x5054_5244;
+/// How long a writer waits for another one, such as `patrold alarms ack`.
+const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// When something happened. The boot id is kept because the wall clock may be wrong.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RecordTime {
+    /// Wall clock, UTC.
+    pub at: jiff::Timestamp,
+    /// The kernel's boot id.
+    pub boot_id: String,
+}
+
+impl RecordTime {
+    /// RFC 3339 in UTC, always with milliseconds, so that the texts sort as the times.
+    pub fn to_rfc3339(&self) -> String {
+        time_text(self.at)
+    }
+}
+
+pub(super) fn time_text(at: jiff::Timestamp) -> String {
+    format!("{at:.3}")
+}
+
+/// The store: database and files.
+#[derive(Debug)]
+pub struct Store {
+    db: Connection,
+    path: PathBuf,
+    pub(super) files: BlobFiles,
+}
+
+impl Store {
+    /// Opens the store in `dir` for reading and writing; creates it if there is none and migrates an older schema.
+    ///
+    /// # Errors
+    /// The folder cannot be written, or the database is another program's, newer or damaged.
+    pub fn open(dir: &Path) -> Result<Self, StoreError> {
+        let files = BlobFiles::create(dir)?;
+        let path = database_path(dir);
+        let opened = || -> Result<Connection, StoreError> {
+            let mut db = Connection::open(&path)?;
+            db.busy_timeout(BUSY_TIMEOUT)?;
+            check_owner(&db, &path)?;
+            db.pragma_update(None, "journal_mode", "WAL")?;
+            db.pragma_update(None, "synchronous", "FULL")?;
+            db.pragma_update(None, "foreign_keys", "ON")?;
+            migrations()
+                .to_latest(&mut db)
+                .map_err(|e| migration_error(e, &path))?;
+            Ok(db)
+        };
+        let db = opened().map_err(|error| error.with_path(&path))?;
+        Ok(Self { db, path, files })
+    }
+
+    /// Opens an existing store for reading; the service may be running.
+    ///
+    /// # Errors
+    /// There is none, or it is another program's, newer, or older (a reader does not migrate).
+    pub fn open_for_reading(dir: &Path) -> Result<Self, StoreError> {
+        let path = Self::existing_database(dir)?;
+        let opened = || -> Result<Connection, StoreError> {
+            let db = Connection::open_with_flags(&path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+            db.busy_timeout(BUSY_TIMEOUT)?;
+            check_owner(&db, &path)?;
+            let version: i64 = db.pragma_query_value(None, "user_version", |row| row.get(0))?;
+            let path = path.clone();
+            match version.cmp(&(MIGRATIONS.len() as i64)) {
+                Ordering::Less => Err(StoreError::Older { path }),
+                Ordering::Equal => Ok(db),
+                Ordering::Greater => Err(StoreError::Newer { path }),
+            }
+        };
+        let db = opened().map_err(|error| error.with_path(&path))?;
+        let files = BlobFiles::new(dir);
+        Ok(Self { db, path, files })
+    }
+
+    /// Opens an existing store for reading and writing.
+    ///
+    /// # Errors
+    /// As [`Store::open`], or there is none.
+    pub fn open_existing(dir: &Path) -> Result<Self, StoreError> {
+        Self::existing_database(dir)?;
+        Self::open(dir)
+    }
+
+    fn existing_database(dir: &Path) -> Result<PathBuf, StoreError> {
+        let path = database_path(dir);
+        if path.is_file() {
+            Ok(path)
+        } else {
+            Err(StoreError::NoDatabase { path })
+        }
+    }
+
+    /// Runs a query; an error names the database.
+    pub(super) fn query<T>(
+        &self,
+        run: impl FnOnce(&Connection) -> Result<T, StoreError>,
+    ) -> Result<T, StoreError> {
+        run(&self.db).map_err(|error| error.with_path(&self.path))
+    }
+
+    /// Runs one write transaction. It takes the write lock at once: a transaction that reads first fails when another
+    /// writer gets in between.
+    pub(super) fn transaction<T>(
+        &mut self,
+        run: impl FnOnce(&Transaction<'_>) -> Result<T, StoreError>,
+    ) -> Result<T, StoreError> {
+        let run_and_commit = || {
+            let change = self
+                .db
+                .transaction_with_behavior(TransactionBehavior::Immediate)?;
+            let done = run(&change)?;
+            change.commit()?;
+            Ok(done)
+        };
+        run_and_commit().map_err(|error: StoreError| error.with_path(&self.path))
+    }
+}
+
+fn database_path(dir: &Path) -> PathBuf {
+    dir.join("patrold.db")
+}
+
+const MIGRATIONS: &[M<'static>] = &[M::up(include_str!("../../migrations/0001_patrol.sql"))];
+
+fn migrations() -> Migrations<'static> {
+    Migrations::from_slice(MIGRATIONS)
+}
+
+fn migration_error(error: rusqlite_migration::Error, path: &Path) -> StoreError {
+    let path = path.to_owned();
+    match error {
+        rusqlite_migration::Error::MigrationDefinition(
+            MigrationDefinitionError::DatabaseTooFarAhead,
+        ) => StoreError::Newer { path },
+        source => StoreError::Migration { path, source },
+    }
+}
+
+/// Refuses a database of another program; an empty one is accepted. One statement, so that no other process changes the
+/// database between two reads.
+fn check_owner(db: &Connection, path: &Path) -> Result<(), StoreError> {
+    let (got, tables): (i32, i64) = db.query_row(
+        "SELECT application_id, (SELECT count(*) FROM sqlite_schema) FROM pragma_application_id",
+        [],
+        |row| Ok((row.get(0)?, row.get(1)?)),
+    )?;
+    if got == APPLICATION_ID || (got == 0 && tables == 0) {
+        return Ok(());
+    }
+    let path = path.to_owned();
+    Err(StoreError::Foreign { path, got })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{APPLICATION_ID, Store, migrations};
+    use crate::store::StoreError;
+    use rusqlite::Connection;
+
+    #[test]
+    fn the_migrations_apply_to_an_empty_database() {
+        migrations().validate().expect("valid migrations");
+    }
+
+    #[test]
+    fn a_store_opens_again_and_reads_without_a_writer() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        drop(Store::open(dir.path()).expect("new store"));
+        drop(Store::open(dir.path()).expect("old store"));
+        drop(Store::open_for_reading(dir.path()).expect("reader"));
+    }
+
+    #[test]
+    fn missing_foreign_and_newer_databases_are_refused() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let missing = Store::open_for_reading(dir.path());
+        assert!(matches!(missing, Err(StoreError::NoDatabase { .. })));
+
+        let db = Connection::open(dir.path().join("patrold.db")).expect("foreign database");
+        db.execute_batch("CREATE TABLE cat (name TEXT)")
+            .expect("table");
+        assert!(matches!(
+            Store::open(dir.path()),
+            Err(StoreError::Foreign { .. })
+        ));
+        db.execute_batch("DROP TABLE cat").expect("dropped");
+        drop(db);
+
+        drop(Store::open(dir.path()).expect("ours now"));
+        let db = Connection::open(dir.path().join("patrold.db")).expect("opens");
+        db.pragma_update(None, "user_version", 99).expect("set");
+        drop(db);
+        assert!(matches!(
+            Store::open(dir.path()),
+            Err(StoreError::Newer { .. })
+        ));
+        let reading = Store::open_for_reading(dir.path());
+        assert!(matches!(reading, Err(StoreError::Newer { .. })));
+    }
+
+    #[test]
+    fn a_stop_right_after_the_migration_leaves_our_database() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let mut db = Connection::open(dir.path().join("patrold.db")).expect("database");
+        migrations().to_latest(&mut db).expect("migrated");
+        let id: i32 = db
+            .pragma_query_value(None, "application_id", |row| row.get(0))
+            .expect("id");
+        assert_eq!(id, APPLICATION_ID);
+        drop(db);
+        drop(Store::open(dir.path()).expect("ours"));
+    }
+
+    #[test]
+    fn a_reader_refuses_an_older_database() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        drop(Store::open(dir.path()).expect("store"));
+        let db = Connection::open(dir.path().join("patrold.db")).expect("opens");
+        db.pragma_update(None, "user_version", 0).expect("set");
+        let reading = Store::open_for_reading(dir.path()).expect_err("older");
+        assert!(matches!(reading, StoreError::Older { .. }), "{reading}");
+        assert!(reading.to_string().contains("patrold run"), "{reading}");
+    }
+
+    #[test]
+    fn a_change_waits_for_another_writer_and_builds_on_what_it_wrote() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let mut store = Store::open(dir.path()).expect("store");
+        let other = Connection::open(dir.path().join("patrold.db")).expect("another");
+        let rows = "SELECT count(*) FROM waypoint";
+        store
+            .transaction(|change| {
+                let before: i64 = change.query_row(rows, [], |row| row.get(0))?;
+                other.busy_timeout(std::time::Duration::ZERO)?;
+                let refused = other.execute(
+                    "INSERT INTO waypoint (name, created_at) VALUES ('b', '')",
+                    [],
+                );
+                assert!(
+                    refused.is_err(),
+                    "no one writes between reading and writing"
+                );
+                change.execute(
+                    "INSERT INTO waypoint (name, created_at) VALUES ('a', '')",
+                    [],
+                )?;
+                assert_eq!(before, 0);
+                Ok(())
+            })
+            .expect("changed");
+    }
+}
