@@ -10,7 +10,7 @@ use patrold_engine::sweep::{
     encode_raw_sweep,
 };
 
-pub fn run(data: &[u8]) {
+pub(crate) fn run(data: &[u8]) {
     if let Ok(mixture) = decode_mixture(data) {
         assert_eq!(mixture.weights.len(), mixture.components.len());
         assert!(encode_mixture(&mixture).len() <= data.len());
@@ -79,7 +79,7 @@ fn raw_sweep() -> RawSweep {
     }
 }
 
-pub fn seeds() -> Vec<Vec<u8>> {
+pub(crate) fn seeds() -> Vec<Vec<u8>> {
     let component = Gaussian {
         mean: Point3::new(1.0, 2.0, 3.0),
         covariance: Matrix3::identity(),

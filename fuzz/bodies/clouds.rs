@@ -5,7 +5,7 @@ use patrold_engine::formats::{read_cloud, split_finite, write_ply};
 /// A reader may not make more points than a file can hold; the margin is for compressed files.
 const MAX_POINTS_PER_BYTE: usize = 300;
 
-pub fn run(data: &[u8]) {
+pub(crate) fn run(data: &[u8]) {
     for extension in [None, Some("ply"), Some("pcd"), Some("xyz"), Some("txt")] {
         if let Ok(cloud) = read_cloud(data, extension) {
             assert!(cloud.points.len() <= MAX_POINTS_PER_BYTE * data.len().max(1));
@@ -18,7 +18,7 @@ pub fn run(data: &[u8]) {
     }
 }
 
-pub fn seeds() -> Vec<Vec<u8>> {
+pub(crate) fn seeds() -> Vec<Vec<u8>> {
     let ascii = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n\
                  1 2 3\n4 5 6\n";
     let mut binary = b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty double x\nproperty double y\n\

@@ -3,7 +3,7 @@
 use patrold::config::{ConfigFile, ConfigLayers, KEYS, Settings, template};
 use std::path::PathBuf;
 
-pub fn run(data: &[u8]) {
+pub(crate) fn run(data: &[u8]) {
     let text = String::from_utf8_lossy(data).into_owned();
     let lines = text.split('\n').count();
     let mut layers = ConfigLayers::defaults();
@@ -20,7 +20,7 @@ pub fn run(data: &[u8]) {
     }
 }
 
-pub fn seeds() -> Vec<Vec<u8>> {
+pub(crate) fn seeds() -> Vec<Vec<u8>> {
     let mut all = vec![template().into_bytes()];
     all.extend(KEYS.iter().map(|key| {
         let (table, name) = key.name.split_once('.').unwrap_or(("", key.name));

@@ -9,7 +9,7 @@ const MAX_ACTIONS: usize = 1024;
 /// Commands that may wait, the longest script included.
 const MAX_PENDING: usize = 128;
 
-pub fn run(data: &[u8]) {
+pub(crate) fn run(data: &[u8]) {
     let mut choices = Choices(data);
     let mut driver = PtuDriver::new(PtuOptions {
         network_rescue: choices.byte() & 1 == 1,
@@ -73,7 +73,7 @@ pub fn run(data: &[u8]) {
     }
 }
 
-pub fn seeds() -> Vec<Vec<u8>> {
+pub(crate) fn seeds() -> Vec<Vec<u8>> {
     let receive = |text: &str| {
         let mut op = vec![0, 0, 15];
         op.extend(chunk(text.as_bytes()));

@@ -9,7 +9,7 @@ const MAX_WAITING: usize = 65_536;
 /// Virtual time of a run, so that no input is slow.
 const MAX_TIME: Duration = Duration::from_secs(300);
 
-pub fn run(data: &[u8]) {
+pub(crate) fn run(data: &[u8]) {
     let mut choices = Choices(data);
     let flags = choices.byte();
     let flag = |bit: u8| flags & (1 << bit) != 0;
@@ -61,7 +61,7 @@ pub fn run(data: &[u8]) {
     }
 }
 
-pub fn seeds() -> Vec<Vec<u8>> {
+pub(crate) fn seeds() -> Vec<Vec<u8>> {
     let requests = [
         "ED FT CI I LE E F C L V O U ",
         "PP100 TP-50 A PP TP PO-7 TD PS97 PD500 H ",

@@ -8,7 +8,7 @@ use std::time::Duration;
 /// Steps of virtual time a run may take, so that no input is slow.
 const MAX_STEPS: usize = 6_000;
 
-pub fn run(data: &[u8]) {
+pub(crate) fn run(data: &[u8]) {
     let mut choices = Choices(data);
     let mut options = HeadOptions {
         seed: u64::from(choices.byte()),
@@ -72,7 +72,7 @@ pub fn run(data: &[u8]) {
     }
 }
 
-pub fn seeds() -> Vec<Vec<u8>> {
+pub(crate) fn seeds() -> Vec<Vec<u8>> {
     (0..6_u8)
         .map(|start| {
             let mut seed = vec![start, start, start, start, start, 0, 200, 0];

@@ -8,12 +8,12 @@ use std::time::Duration;
 /// Outputs of one input: a scan has a handful, a chunk of 255 bytes at most some 60 messages.
 const MAX_ACTIONS: usize = 512;
 
-pub fn run(data: &[u8]) {
+pub(crate) fn run(data: &[u8]) {
     scans(data);
 }
 
 /// Returns the number of scans.
-pub fn scans(data: &[u8]) -> usize {
+pub(crate) fn scans(data: &[u8]) -> usize {
     let mut scans = 0;
     let mut framer = Framer::default();
     let mut rest = data;
@@ -82,7 +82,7 @@ fn plan(choices: &mut Choices<'_>) -> StreamPlan {
     }
 }
 
-pub fn seeds() -> Vec<Vec<u8>> {
+pub(crate) fn seeds() -> Vec<Vec<u8>> {
     let receive = |text: &str| {
         let mut op = vec![15];
         op.extend(chunk(text.as_bytes()));

@@ -20,7 +20,7 @@ const MAX_WAITING: usize = 1 << 20;
 /// Virtual time of a run, so that no input is slow.
 const MAX_TIME: Duration = Duration::from_secs(120);
 
-pub fn run(data: &[u8]) {
+pub(crate) fn run(data: &[u8]) {
     let mut choices = Choices(data);
     let mut options = LaserOptions {
         start_state: choices.one_of(&[
@@ -71,7 +71,7 @@ pub fn run(data: &[u8]) {
     }
 }
 
-pub fn seeds() -> Vec<Vec<u8>> {
+pub(crate) fn seeds() -> Vec<Vec<u8>> {
     let requests = [
         "SCIP2.0\nVV\nPP;a b\nII\n",
         "BM\nGD0044072501\nGS0000076805\nME0044072501000\n",

@@ -21,12 +21,12 @@ impl RangeSource for RangeRamp {
 /// Steps of virtual time of a run, so that no input is slow.
 const MAX_STEPS: usize = 3_000;
 
-pub fn run(data: &[u8]) {
+pub(crate) fn run(data: &[u8]) {
     scans(data);
 }
 
 /// Returns the number of scans.
-pub fn scans(data: &[u8]) -> usize {
+pub(crate) fn scans(data: &[u8]) -> usize {
     let mut scans = 0;
     let mut choices = Choices(data);
     let name = choices.one_of(&LaserProfile::NAMES);
@@ -100,7 +100,7 @@ pub fn scans(data: &[u8]) -> usize {
     scans
 }
 
-pub fn seeds() -> Vec<Vec<u8>> {
+pub(crate) fn seeds() -> Vec<Vec<u8>> {
     (0..4)
         .map(|profile| {
             let mut seed = vec![profile, 0, 0, 4];

@@ -4,19 +4,19 @@ use scip::LaserScan;
 
 /// The last bytes that the driver received: enough for several of the largest replies.
 #[derive(Default)]
-pub struct ReceivedBytes(Vec<u8>);
+pub(crate) struct ReceivedBytes(Vec<u8>);
 
 const MAX_KEPT: usize = 64 * 1024;
 
 impl ReceivedBytes {
-    pub fn add(&mut self, bytes: &[u8]) {
+    pub(crate) fn add(&mut self, bytes: &[u8]) {
         self.0.extend_from_slice(bytes);
         let over = self.0.len().saturating_sub(MAX_KEPT);
         self.0.drain(..over);
     }
 
     /// Panics unless these bytes hold a message with the content of `scan` and all sums right.
-    pub fn assert_contains(&self, scan: &LaserScan) {
+    pub(crate) fn assert_contains(&self, scan: &LaserScan) {
         let lines: Vec<&[u8]> = self.0.split(|byte| *byte == b'\n').collect();
         let messages = lines.split(|line| line.is_empty());
         let contained = messages.clone().any(|message| matches_scan(message, scan));

@@ -2,7 +2,7 @@
 
 use patrold_sim::emulator::EmulatedFault;
 
-pub fn run(data: &[u8]) {
+pub(crate) fn run(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     for line in text.lines() {
         if let Err(error) = line.parse::<EmulatedFault>() {
@@ -13,7 +13,7 @@ pub fn run(data: &[u8]) {
     }
 }
 
-pub fn seeds() -> Vec<Vec<u8>> {
+pub(crate) fn seeds() -> Vec<Vec<u8>> {
     let laser = scip::emulator::LaserFault::kinds()
         .map(|kind| format!("laser.{kind}:at=1,for=2.5,count=3"));
     let head =

@@ -21,7 +21,7 @@ pub(super) struct LoadedCloud {
 
 impl LoadedCloud {
     /// Number of non-finite points.
-    pub fn dropped(&self) -> usize {
+    pub(super) fn dropped(&self) -> usize {
         self.in_file - self.points.len()
     }
 }

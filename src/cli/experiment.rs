@@ -14,17 +14,17 @@ pub(super) struct RunClock(Instant);
 
 impl RunClock {
     /// Starts now.
-    pub fn start() -> Self {
+    pub(super) fn start() -> Self {
         Self(Instant::now())
     }
 
     /// Milliseconds since the start.
-    pub fn millis(&self) -> f64 {
+    pub(super) fn millis(&self) -> f64 {
         self.0.elapsed().as_secs_f64() * 1e3
     }
 
     /// Seconds since the start.
-    pub fn seconds(&self) -> f64 {
+    pub(super) fn seconds(&self) -> f64 {
         self.millis() / 1e3
     }
 }

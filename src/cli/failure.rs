@@ -26,11 +26,11 @@ pub(super) enum Failure {
 pub(super) type CommandResult = Result<u8, Failure>;
 
 impl Failure {
-    pub fn failed(error: impl fmt::Display) -> Self {
+    pub(super) fn failed(error: impl fmt::Display) -> Self {
         Self::Failed(error.to_string())
     }
 
-    pub fn exit_code(&self) -> ExitCode {
+    pub(super) fn exit_code(&self) -> ExitCode {
         match self {
             Self::Failed(_) => ExitCode::from(FAILED),
             Self::Usage(_) => ExitCode::from(USAGE),

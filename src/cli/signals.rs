@@ -14,7 +14,7 @@ pub(super) struct TerminationSignals {
 }
 
 impl TerminationSignals {
-    pub fn new() -> Result<Self, Failure> {
+    pub(super) fn new() -> Result<Self, Failure> {
         let failed = |error| Failure::Failed(format!("signals: {error}"));
         let runtime = Builder::new_current_thread()
             .enable_io()
@@ -32,7 +32,7 @@ impl TerminationSignals {
     }
 
     /// Blocks until one of them arrives.
-    pub fn wait(mut self) {
+    pub(super) fn wait(mut self) {
         let (interrupt, terminate) = (&mut self.interrupt, &mut self.terminate);
         self.runtime.block_on(async {
             tokio::select! {

@@ -44,7 +44,7 @@ pub(super) struct Stopwatch {
 }
 
 impl Stopwatch {
-    pub fn start() -> Self {
+    pub(super) fn start() -> Self {
         Self {
             timing: CompareTiming::default(),
             current: TimedStage::Load,
@@ -52,11 +52,11 @@ impl Stopwatch {
         }
     }
 
-    pub fn enter_reference(&mut self) {
+    pub(super) fn enter_reference(&mut self) {
         self.switch_to(TimedStage::Reference);
     }
 
-    pub fn enter(&mut self, stage: InspectionStage) {
+    pub(super) fn enter(&mut self, stage: InspectionStage) {
         self.switch_to(match stage {
             InspectionStage::Detection(DetectionStage::Fit) => TimedStage::Fit,
             InspectionStage::Detection(DetectionStage::Register) => TimedStage::Register,
@@ -66,7 +66,7 @@ impl Stopwatch {
         });
     }
 
-    pub fn stop(mut self) -> CompareTiming {
+    pub(super) fn stop(mut self) -> CompareTiming {
         self.switch_to(self.current);
         self.timing
     }

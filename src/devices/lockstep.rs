@@ -1,8 +1,8 @@
 //! Drivers against emulated devices in virtual time: no threads, no sleeping, deterministic.
 
 mod agreement;
-pub mod rig;
+pub(crate) mod rig;
 mod calibration;
 mod faults;
 mod sweeps;
-pub mod links;
+pub(crate) mod links;

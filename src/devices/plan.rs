@@ -87,7 +87,7 @@ pub(crate) enum TiltPlan {
 
 impl TiltPlan {
     /// Tilt before the first scan, counts.
-    pub fn start_steps(&self) -> Option<i32> {
+    pub(super) fn start_steps(&self) -> Option<i32> {
         match self {
             Self::Continuous { start_steps, .. } => Some(*start_steps),
             Self::Steps(targets) => targets.first().copied(),
@@ -135,7 +135,7 @@ impl SweepPlan {
     ///
     /// # Errors
     /// [`DeviceError::OutOfReach`] if a pan or the whole tilt range is out of reach.
-    pub fn new(
+    pub(super) fn new(
         request: &SweepRequest,
         head: &HeadFacts<'_>,
         laser: LaserFacts,

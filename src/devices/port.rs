@@ -42,7 +42,7 @@ impl<D: DeviceDriver> Port<D> {
     ///
     /// # Errors
     /// [`DeviceError::NoThread`].
-    pub fn spawn(
+    pub(super) fn spawn(
         name: PortConfig,
         clock: Clock,
         send_event: impl FnMut(PortEvent<D::Event>, Duration) -> bool + Send + 'static,
@@ -79,13 +79,13 @@ impl<D: DeviceDriver> Port<D> {
     }
 
     /// Queues a command; it is carried out within [`READ_IDLE`]. Commands to a closed port are dropped.
-    pub fn send(&self, command: D::Command) {
+    pub(super) fn send(&self, command: D::Command) {
         // An ended thread takes no commands.
         let _ = self.commands.send(command);
     }
 
     /// Starts stopping the device; [`Drop`] waits for it. Lets several ports close at the same time.
-    pub fn start_closing(&self) {
+    pub(super) fn start_closing(&self) {
         self.stop.store(true, Ordering::Relaxed);
     }
 }

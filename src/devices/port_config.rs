@@ -39,7 +39,7 @@ pub(crate) struct OpenAttempt {
 impl OpenAttempt {
     /// # Errors
     /// [`DeviceError::Port`].
-    pub fn open(&self, device: Device) -> Result<Box<dyn Link>, DeviceError> {
+    pub(super) fn open(&self, device: Device) -> Result<Box<dyn Link>, DeviceError> {
         let link: Result<Box<dyn Link>, LinkError> = match self.node.strip_prefix("tcp:") {
             Some(address) => TcpLink::connect(address, TCP_LIMIT).map(|l| Box::new(l) as _),
             None => SerialLink::open(&self.node, self.baud).map(|l| Box::new(l) as _),
@@ -53,7 +53,7 @@ impl OpenAttempt {
 
 impl PortConfig {
     /// Whether `candidate` is this port.
-    pub fn matches(&self, candidate: &DetectedPort) -> bool {
+    pub(super) fn matches(&self, candidate: &DetectedPort) -> bool {
         match self.name.parse::<UsbName>() {
             Ok(name) => name.matches(candidate),
             Err(_) => resolve_node(&self.name) == resolve_node(&candidate.path),
@@ -61,7 +61,7 @@ impl PortConfig {
     }
 
     /// The kind of line at this moment.
-    pub fn line_kind(&self) -> LineKind {
+    pub(super) fn line_kind(&self) -> LineKind {
         let Ok(name) = self.name.parse::<UsbName>() else {
             return node_line_kind(&self.name);
         };
@@ -79,7 +79,7 @@ impl PortConfig {
     ///
     /// # Errors
     /// [`DeviceError::Port`] where a `usb:` name matches nothing, or several ports that cannot be told apart.
-    pub fn attempts(&self) -> Result<Vec<OpenAttempt>, DeviceError> {
+    pub(super) fn attempts(&self) -> Result<Vec<OpenAttempt>, DeviceError> {
         let nodes = self.current_nodes().map_err(|error| DeviceError::Port {
             device: self.device,
             source: error.into(),
@@ -163,7 +163,7 @@ impl PortConfig {
     }
 
     /// The error if a unit that reports `reported` (laser: serial number; head: version) is not the required one.
-    pub fn unit_mismatch(&self, reported: &str) -> Option<DeviceError> {
+    pub(super) fn unit_mismatch(&self, reported: &str) -> Option<DeviceError> {
         let wanted = self.unit.as_deref()?;
         let is_it = match self.device {
             Device::Laser => normalized_serial(reported) == normalized_serial(wanted),

@@ -22,7 +22,7 @@ const HALF_RANGE_MS: u32 = scip::STAMP_MODULUS_MS / 2;
 
 impl StampUnwrapper {
     /// Milliseconds without wrap. One timer range is added so that a step back from the first stamp stays positive.
-    pub fn unwrap(&mut self, stamp_ms: u32) -> u64 {
+    pub(super) fn unwrap(&mut self, stamp_ms: u32) -> u64 {
         let count = match self.last {
             None => u64::from(stamp_ms) + u64::from(scip::STAMP_MODULUS_MS),
             Some((last_ms, count)) => match stamp_advance_ms(last_ms, stamp_ms) {
@@ -44,13 +44,13 @@ pub(crate) struct ScanTimeEstimator {
 
 impl ScanTimeEstimator {
     /// Starts over with the time exchange at the start of a segment.
-    pub fn restart(&mut self, time_samples: &[TimeSample]) {
+    pub(super) fn restart(&mut self, time_samples: &[TimeSample]) {
         self.lags_s.clear();
         self.lags_s.extend(min_delay_lag_s(time_samples.iter()));
     }
 
     /// Host time at which the scan passed step 0, seconds; too late at most by the delay of the fastest arrival.
-    pub fn start_time_s(&mut self, scan: &StampedScan, period_s: f64) -> f64 {
+    pub(super) fn start_time_s(&mut self, scan: &StampedScan, period_s: f64) -> f64 {
         let stamp_s = scan.stamp_ms as f64 * 1e-3;
         if self.lags_s.len() >= START_TIME_SCANS {
             self.lags_s.pop_front();
@@ -83,7 +83,7 @@ impl PanSegmentDraft {
     /// by whole scan periods, which look like lost or repeated scans. A late host raises the lag of single arrivals, never
     /// of all scans before or after, so the smallest lags on both sides of any scan must agree; so must the lags of the
     /// arrivals and of the time exchanges at both ends.
-    pub fn timer_stepped(&self, plan: &SweepPlan) -> bool {
+    pub(super) fn timer_stepped(&self, plan: &SweepPlan) -> bool {
         if matches!(plan.tilt, TiltPlan::Steps(_)) {
             return false;
         }
@@ -147,7 +147,7 @@ impl PanSegmentDraft {
     }
 
     /// The finished segment at `pan_rad`; without the polls on the speed ramps.
-    pub fn finish(self, plan: &SweepPlan, pan_rad: f64) -> PanSegment {
+    pub(super) fn finish(self, plan: &SweepPlan, pan_rad: f64) -> PanSegment {
         let (motion, polls) = match &plan.tilt {
             TiltPlan::Steps(_) => (
                 HeadMotion::StepAndStare {

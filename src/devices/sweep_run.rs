@@ -81,7 +81,7 @@ pub(crate) struct SweepRun {
 
 impl SweepRun {
     /// Starts. Both devices must be connected and idle, the head's position trusted.
-    pub fn new(plan: SweepPlan, ports: PortNames, now: Duration) -> Self {
+    pub(super) fn new(plan: SweepPlan, ports: PortNames, now: Duration) -> Self {
         let mut run = Self {
             plan,
             ports,
@@ -100,17 +100,17 @@ impl SweepRun {
         run
     }
 
-    pub fn poll_action(&mut self) -> Option<SweepAction> {
+    pub(super) fn poll_action(&mut self) -> Option<SweepAction> {
         self.actions.pop_front()
     }
 
     /// The result, once.
-    pub fn take_outcome(&mut self) -> Option<Result<RawSweep, DeviceError>> {
+    pub(super) fn take_outcome(&mut self) -> Option<Result<RawSweep, DeviceError>> {
         self.outcome.take()
     }
 
     /// When to call [`on_time`](Self::on_time).
-    pub fn deadline(&self) -> Duration {
+    pub(super) fn deadline(&self) -> Duration {
         match &self.phase {
             SweepPhase::Moving(_, watch, _)
             | SweepPhase::Sweeping(watch)
@@ -120,12 +120,12 @@ impl SweepRun {
     }
 
     /// Ends the sweep with [`DeviceError::Cancelled`].
-    pub fn cancel(&mut self, now: Duration) {
+    pub(super) fn cancel(&mut self, now: Duration) {
         self.fail(DeviceError::Cancelled, now);
     }
 
     /// The port of a device failed.
-    pub fn on_lost(&mut self, device: Device, error: DeviceError, now: Duration) {
+    pub(super) fn on_lost(&mut self, device: Device, error: DeviceError, now: Duration) {
         self.fail(error, now);
         // The laser's driver sent QT before; it takes effect at the laser's next tick, so wait for that.
         if device == Device::Head {
@@ -133,7 +133,7 @@ impl SweepRun {
         }
     }
 
-    pub fn on_time(&mut self, now: Duration) {
+    pub(super) fn on_time(&mut self, now: Duration) {
         if now < self.deadline() {
             return;
         }
@@ -164,7 +164,7 @@ impl SweepRun {
         self.fail(error, now);
     }
 
-    pub fn on_laser(&mut self, event: scip::LaserEvent, now: Duration) {
+    pub(super) fn on_laser(&mut self, event: scip::LaserEvent, now: Duration) {
         use scip::LaserEvent as E;
         match event {
             E::Stopped => match self.phase {
@@ -223,7 +223,7 @@ impl SweepRun {
         }
     }
 
-    pub fn on_head(&mut self, event: HeadEvent, now: Duration) {
+    pub(super) fn on_head(&mut self, event: HeadEvent, now: Duration) {
         use ptu::PtuEvent as E;
         let event = match event {
             HeadEvent::Ptu(event) => event,

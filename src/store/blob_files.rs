@@ -25,7 +25,7 @@ pub(super) struct BlobFiles {
 
 impl BlobFiles {
     /// In the store's folder `dir`; need not exist.
-    pub fn new(dir: &Path) -> Self {
+    pub(super) fn new(dir: &Path) -> Self {
         Self {
             dir: dir.join("blobs"),
         }
@@ -35,7 +35,7 @@ impl BlobFiles {
     ///
     /// # Errors
     /// It cannot be created.
-    pub fn create(dir: &Path) -> Result<Self, StoreError> {
+    pub(super) fn create(dir: &Path) -> Result<Self, StoreError> {
         let files = Self::new(dir);
         fs::create_dir_all(&files.dir).map_err(|e| files.error(&files.dir, e))?;
         Ok(files)
@@ -45,7 +45,7 @@ impl BlobFiles {
     ///
     /// # Errors
     /// The disk fails.
-    pub fn put(&self, bytes: &[u8]) -> Result<String, StoreError> {
+    pub(super) fn put(&self, bytes: &[u8]) -> Result<String, StoreError> {
         let name = hex(&Sha256::digest(bytes));
         let path = self.dir.join(&name);
         let write = || -> io::Result<()> {
@@ -70,7 +70,7 @@ impl BlobFiles {
     ///
     /// # Errors
     /// It is missing or was changed.
-    pub fn get(&self, name: &str) -> Result<Vec<u8>, StoreError> {
+    pub(super) fn get(&self, name: &str) -> Result<Vec<u8>, StoreError> {
         let path = self.dir.join(name);
         let bytes = fs::read(&path).map_err(|e| self.error(&path, e))?;
         let got = hex(&Sha256::digest(&bytes));
@@ -88,7 +88,7 @@ impl BlobFiles {
     ///
     /// # Errors
     /// The disk fails.
-    pub fn delete(&self, name: &str) -> Result<u64, StoreError> {
+    pub(super) fn delete(&self, name: &str) -> Result<u64, StoreError> {
         let path = self.dir.join(name);
         let size = self.size(name);
         match fs::remove_file(&path) {
@@ -102,7 +102,7 @@ impl BlobFiles {
     ///
     /// # Errors
     /// The folder cannot be read.
-    pub fn names(&self) -> Result<Vec<String>, StoreError> {
+    pub(super) fn names(&self) -> Result<Vec<String>, StoreError> {
         let read = || -> io::Result<Vec<String>> {
             let mut names = Vec::new();
             for entry in fs::read_dir(&self.dir)? {
@@ -123,7 +123,7 @@ impl BlobFiles {
     }
 
     /// Size of the file `name` in bytes, 0 if it does not exist.
-    pub fn size(&self, name: &str) -> u64 {
+    pub(super) fn size(&self, name: &str) -> u64 {
         fs::metadata(self.dir.join(name)).map_or(0, |m| m.len())
     }
 

@@ -11,7 +11,7 @@ use std::fs;
 use std::path::Path;
 
 /// A folder with files that are wrong in every way.
-pub fn folder() -> tempfile::TempDir {
+pub(crate) fn folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("temp dir");
     let put = |name: &str, bytes: &[u8]| fs::write(dir.path().join(name), bytes).expect("written");
     let good = write_ply(&clouds::room_points(&[], 1));
@@ -75,7 +75,7 @@ pub fn folder() -> tempfile::TempDir {
 }
 
 /// Every file below `dir` with its size, without the `-wal` and `-shm` files of SQLite.
-pub fn listing(dir: &Path) -> BTreeMap<String, u64> {
+pub(crate) fn listing(dir: &Path) -> BTreeMap<String, u64> {
     let mut found = BTreeMap::new();
     let mut folders = vec![dir.to_owned()];
     while let Some(folder) = folders.pop() {
@@ -93,9 +93,9 @@ pub fn listing(dir: &Path) -> BTreeMap<String, u64> {
 }
 
 /// Arguments, exit code, and parts of the error line.
-pub type FailureCase = (&'static [&'static str], i32, &'static [&'static str]);
+pub(crate) type FailureCase = (&'static [&'static str], i32, &'static [&'static str]);
 
-pub fn check_failures(cases: &[FailureCase]) {
+pub(crate) fn check_failures(cases: &[FailureCase]) {
     let dir = folder();
     let before = listing(dir.path());
     let mut wrong = Vec::new();

@@ -12,14 +12,14 @@ use std::fs;
 use std::path::Path;
 
 /// Seconds after 2027-01-15T08:00:00Z.
-pub fn record_time(second: i64) -> RecordTime {
+pub(crate) fn record_time(second: i64) -> RecordTime {
     RecordTime {
         at: jiff::Timestamp::from_second(1_800_000_000 + second).expect("a time"),
         boot_id: "boot-1".to_owned(),
     }
 }
 
-pub fn mixture() -> Mixture {
+pub(crate) fn mixture() -> Mixture {
     let component = Gaussian {
         mean: Point3::origin(),
         covariance: Matrix3::identity(),
@@ -30,7 +30,7 @@ pub fn mixture() -> Mixture {
     }
 }
 
-pub fn novelty(x: f64) -> NoveltyRecord {
+pub(crate) fn novelty(x: f64) -> NoveltyRecord {
     let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let shape = ShapeRecord {
         class: "sphere".to_owned(),
@@ -65,7 +65,7 @@ pub fn novelty(x: f64) -> NoveltyRecord {
     }
 }
 
-pub fn teach(store: &mut Store, waypoint: &str, second: i64) {
+pub(crate) fn teach(store: &mut Store, waypoint: &str, second: i64) {
     let view = View::from_points(vec![Point3::new(1.0, 2.0, second as f64)], Point3::origin());
     let sweep = SweepRecord {
         view: Some(&view),
@@ -82,7 +82,7 @@ pub fn teach(store: &mut Store, waypoint: &str, second: i64) {
     store.teach(&new, &record_time(second)).expect("taught");
 }
 
-pub fn visit(
+pub(crate) fn visit(
     store: &mut Store,
     waypoint: &str,
     verdict: Verdict,
@@ -114,7 +114,7 @@ pub fn visit(
 }
 
 /// Alarms 1 (dock, cleared), 2 (hall, acknowledged) and 3 (hall, open, two novelties), raised an hour apart.
-pub fn store_folder() -> tempfile::TempDir {
+pub(crate) fn store_folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(&dir.path().join("store")).expect("store");
     teach(&mut store, "hall", 0);
@@ -136,11 +136,11 @@ pub fn store_folder() -> tempfile::TempDir {
     dir
 }
 
-pub fn run(dir: &Path, args: &[&str]) -> CommandOutput {
+pub(crate) fn run(dir: &Path, args: &[&str]) -> CommandOutput {
     patrold(dir, &[args, &["--config", "c.toml"]].concat())
 }
 
-pub fn ids(ran: &CommandOutput) -> Vec<i64> {
+pub(crate) fn ids(ran: &CommandOutput) -> Vec<i64> {
     assert_eq!((ran.code, ran.err.as_str()), (0, ""));
     let json = ran.json();
     schema::check("alarms-list", &json);

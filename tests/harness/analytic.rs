@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 #[derive(Clone, Copy)]
-pub enum AnalyticSolid {
+pub(crate) enum AnalyticSolid {
     /// Centre, radius.
     Ball([f64; 3], f64),
     /// Lowest and highest corner.
@@ -18,7 +18,7 @@ pub enum AnalyticSolid {
 
 /// Directions in which a sensor measures.
 #[derive(Clone, Copy, Debug)]
-pub enum ScanPattern {
+pub(crate) enum ScanPattern {
     /// URG-04LX on a tilt unit: 683 beams over 240 deg, lines this many degrees apart.
     Tilted(f64),
     /// 16 rings 2 deg apart, 0.4 deg along.
@@ -30,14 +30,14 @@ pub enum ScanPattern {
 }
 
 /// A closed room with solids in it.
-pub struct AnalyticScene {
+pub(crate) struct AnalyticScene {
     /// Lowest and highest corner of the inside.
     pub room: ([f64; 3], [f64; 3]),
     pub solids: Vec<AnalyticSolid>,
 }
 
 /// 6 m x 4.4 m x 2.6 m, sensor at the origin half a metre above the floor, some furniture.
-pub fn furnished_room() -> AnalyticScene {
+pub(crate) fn furnished_room() -> AnalyticScene {
     AnalyticScene {
         room: ([-2.5, -2.0, -0.5], [3.5, 2.4, 2.1]),
         solids: vec![
@@ -50,13 +50,13 @@ pub fn furnished_room() -> AnalyticScene {
 
 impl AnalyticScene {
     /// Adds a solid.
-    pub fn with(mut self, solid: AnalyticSolid) -> Self {
+    pub(crate) fn with(mut self, solid: AnalyticSolid) -> Self {
         self.solids.push(solid);
         self
     }
 
     /// Distance to the first surface from `o` along the unit vector `d`.
-    pub fn range(&self, o: &Point3<f64>, d: &Vector3<f64>) -> f64 {
+    pub(crate) fn range(&self, o: &Point3<f64>, d: &Vector3<f64>) -> f64 {
         let slab = |low: &[f64; 3], high: &[f64; 3]| {
             let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
             for axis in 0..3 {
@@ -92,7 +92,7 @@ impl AnalyticScene {
     }
 
     /// View of a sensor at `pose`, in its own frame; `reach_m` is its longest range.
-    pub fn scan(
+    pub(crate) fn scan(
         &self,
         pattern: ScanPattern,
         pose: &Pose,
@@ -123,7 +123,7 @@ impl AnalyticScene {
 }
 
 /// Unit vectors in the sensor's frame.
-pub fn directions(pattern: ScanPattern, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
+pub(crate) fn directions(pattern: ScanPattern, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
     let mut all = Vec::new();
     // Each sweep starts at a slightly different angle.
     let (a, b): (f64, f64) = (rng.random_range(0.0..1.0), rng.random_range(0.0..1.0));
@@ -179,21 +179,21 @@ pub fn directions(pattern: ScanPattern, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64
 }
 
 /// Noise of the recorded URG-04LX data.
-pub const URG_NOISE: NoiseLaw = NoiseLaw {
+pub(crate) const URG_NOISE: NoiseLaw = NoiseLaw {
     at_zero_m: 0.005,
     per_m: 0.003,
 };
-pub const COARSE_NOISE: NoiseLaw = NoiseLaw {
+pub(crate) const COARSE_NOISE: NoiseLaw = NoiseLaw {
     at_zero_m: 0.03,
     per_m: 0.0,
 };
 
-pub fn at_origin() -> Pose {
+pub(crate) fn at_origin() -> Pose {
     Pose::identity()
 }
 
 /// Metres and degrees.
-pub fn planar_pose(x: f64, y: f64, yaw_deg: f64) -> Pose {
+pub(crate) fn planar_pose(x: f64, y: f64, yaw_deg: f64) -> Pose {
     RollPitchYaw {
         roll_rad: 0.0,
         pitch_rad: 0.0,
@@ -203,11 +203,15 @@ pub fn planar_pose(x: f64, y: f64, yaw_deg: f64) -> Pose {
 }
 
 /// Compares with the default settings and prints the numbers to stderr.
-pub fn compare(reference: &View, current: &View) -> Detection {
+pub(crate) fn compare(reference: &View, current: &View) -> Detection {
     compare_with(reference, current, &NoveltySettings::default())
 }
 
-pub fn compare_with(reference: &View, current: &View, settings: &NoveltySettings) -> Detection {
+pub(crate) fn compare_with(
+    reference: &View,
+    current: &View,
+    settings: &NoveltySettings,
+) -> Detection {
     let reference = Reference::prepare(reference, settings, 1).expect("a reference");
     let detection = detect(&reference, current, settings, 1, &mut |_| {}).expect("a detection");
     eprintln!(

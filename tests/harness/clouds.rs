@@ -16,12 +16,12 @@ const NOISE_M: f64 = 0.004;
 const RAY_STEP_DEG: f64 = 1.0;
 
 /// Centre and full sizes, metres.
-pub type Crate = ([f64; 3], [f64; 3]);
+pub(crate) type Crate = ([f64; 3], [f64; 3]);
 
 /// Large enough to be found in any case.
-pub const CRATE: Crate = ([2.0, 0.6, -0.9], [0.5, 0.6, 0.8]);
+pub(crate) const CRATE: Crate = ([2.0, 0.6, -0.9], [0.5, 0.6, 0.8]);
 
-pub fn room_points(crates: &[Crate], seed: u64) -> Vec<Point3<f64>> {
+pub(crate) fn room_points(crates: &[Crate], seed: u64) -> Vec<Point3<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let noise = Normal::new(0.0, NOISE_M).expect("a noise law");
     let mut points = Vec::new();
@@ -60,16 +60,16 @@ fn crate_distance(ray: &Vector3<f64>, (centre, size): &Crate) -> Option<f64> {
 }
 
 /// On or in the crate, within the noise.
-pub fn is_on((centre, size): &Crate, point: &Point3<f64>) -> bool {
+pub(crate) fn is_on((centre, size): &Crate, point: &Point3<f64>) -> bool {
     (0..3).all(|a| (point[a] - centre[a]).abs() < 0.5 * size[a] + 4.0 * NOISE_M)
 }
 
-pub fn write(path: &Path, points: &[Point3<f64>]) {
+pub(crate) fn write(path: &Path, points: &[Point3<f64>]) {
     fs::write(path, write_ply(points)).expect("written");
 }
 
 /// A folder with `then.ply`, `again.ply` (only the noise differs) and `now.ply` (with [`CRATE`]).
-pub fn folder() -> tempfile::TempDir {
+pub(crate) fn folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("temp dir");
     write(&dir.path().join("then.ply"), &room_points(&[], 1));
     write(&dir.path().join("again.ply"), &room_points(&[], 2));

@@ -10,7 +10,7 @@ fn folder() -> PathBuf {
 }
 
 /// Name and schema.
-pub fn all() -> Vec<(String, Value)> {
+pub(crate) fn all() -> Vec<(String, Value)> {
     let entries = fs::read_dir(folder()).expect("docs/schema is there");
     let mut all: Vec<(String, Value)> = entries
         .map(|entry| entry.expect("an entry").path())
@@ -31,7 +31,7 @@ pub fn all() -> Vec<(String, Value)> {
 }
 
 /// Panics unless `value` is valid under the schema `name`.
-pub fn check(name: &str, value: &Value) {
+pub(crate) fn check(name: &str, value: &Value) {
     let schemas = all();
     let (_, schema) = schemas
         .iter()

@@ -19,7 +19,7 @@ static SECTION: LazyLock<Regex> = LazyLock::new(|| {
 });
 
 /// What `text` of the file at `path` cites that is not there, as `path:line: what`.
-pub fn missing(path: &str, text: &str) -> Vec<String> {
+pub(crate) fn missing(path: &str, text: &str) -> Vec<String> {
     let is_doc = path.ends_with(".md");
     let text = if is_doc { text.into() } else { comments(text) };
     let at = |end: usize| format!("{path}:{}", text[..end].matches('\n').count() + 1);

@@ -15,7 +15,7 @@ type Modules<'a> = BTreeMap<&'a str, &'a Source>;
 type Uses<'a> = BTreeMap<&'a str, BTreeMap<&'a str, BTreeSet<&'a str>>>;
 
 /// The steps of circles, as `file -> file: names used`.
-pub fn circles(files: &[Source]) -> Vec<String> {
+pub(crate) fn circles(files: &[Source]) -> Vec<String> {
     let (uses, mut found) = (uses(files), Vec::new());
     for (from, used) in &uses {
         for (to, names) in used {

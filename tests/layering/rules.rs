@@ -21,7 +21,7 @@ const TYPES: [&str; 4] = ["struct", "enum", "trait", "type"];
 const EFFECTS: &str = "std::fs std::io std::net std::thread std::time::Instant tokio";
 
 /// `cli` alone names the simulation and the lab; the simulation knows geometry and formats alone.
-pub fn sim_and_lab_stand_aside(files: &[Source]) -> Vec<String> {
+pub(crate) fn sim_and_lab_stand_aside(files: &[Source]) -> Vec<String> {
     let known = "patrold_engine::geometry patrold_engine::formats";
     names_against(files, |file, name| {
         let aside = is_below(&name.path, "patrold_sim:: patrold_lab::");
@@ -32,7 +32,7 @@ pub fn sim_and_lab_stand_aside(files: &[Source]) -> Vec<String> {
 }
 
 /// Crates of ours that a manifest names under `kind`.
-pub fn own_crates(manifest: &str, kind: &str) -> Vec<String> {
+pub(crate) fn own_crates(manifest: &str, kind: &str) -> Vec<String> {
     let manifest: toml::Table = manifest.parse().expect("a manifest");
     let names = manifest[kind].as_table().expect("a table").keys();
     let own = names.filter(|name| name.starts_with("patrold"));
@@ -40,7 +40,7 @@ pub fn own_crates(manifest: &str, kind: &str) -> Vec<String> {
 }
 
 /// Outside crates of [`HOMES`] are named at home alone.
-pub fn outside_crates_have_homes(files: &[Source]) -> Vec<String> {
+pub(crate) fn outside_crates_have_homes(files: &[Source]) -> Vec<String> {
     names_against(files, |file, name| {
         let away = |home| !is_below(&file.path, home);
         HOMES
@@ -50,7 +50,7 @@ pub fn outside_crates_have_homes(files: &[Source]) -> Vec<String> {
 }
 
 /// Time and chance are arguments; the two protocols have no input, output or threads either.
-pub fn time_and_chance_are_arguments(files: &[Source]) -> Vec<String> {
+pub(crate) fn time_and_chance_are_arguments(files: &[Source]) -> Vec<String> {
     names_against(files, |file, name| {
         let path = format!("::{}::", name.path);
         let is = |ask| path.contains(&format!("::{ask}::"));
@@ -61,7 +61,7 @@ pub fn time_and_chance_are_arguments(files: &[Source]) -> Vec<String> {
 }
 
 /// A module uses itself and what its crate's `lib.rs` lists before it; `main` uses `cli`.
-pub fn modules_use_those_listed_before(files: &[Source]) -> Vec<String> {
+pub(crate) fn modules_use_those_listed_before(files: &[Source]) -> Vec<String> {
     let listed = |root: &str, place: &str| {
         let module = place.strip_prefix(root)?.split('/').nth(1)?;
         let lib = format!("{root}/lib.rs");
@@ -85,7 +85,7 @@ pub fn modules_use_those_listed_before(files: &[Source]) -> Vec<String> {
 }
 
 /// `mod.rs` and `lib.rs` introduce and never work; every file says what it is and is of one idea.
-pub fn files_are_of_one_idea(files: &[Source]) -> Vec<String> {
+pub(crate) fn files_are_of_one_idea(files: &[Source]) -> Vec<String> {
     let stubs = ["todo", "unimplemented"].map(|stub| format!("{stub}!("));
     let mut broken = Vec::new();
     for file in files {
@@ -108,7 +108,7 @@ pub fn files_are_of_one_idea(files: &[Source]) -> Vec<String> {
 }
 
 /// A type that its file shows to others has a name of its own.
-pub fn public_types_have_one_name_each(files: &[Source]) -> Vec<String> {
+pub(crate) fn public_types_have_one_name_each(files: &[Source]) -> Vec<String> {
     let mut places: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for file in files.iter().filter(|file| file.root().is_some()) {
         let public = |scope: Scope| scope.public && !scope.test;

@@ -11,15 +11,15 @@ const KINDS: [&str; 8] = [
 ];
 
 /// Paths of the project's files.
-pub static FILES: LazyLock<Vec<String>> = LazyLock::new(|| files(""));
+pub(crate) static FILES: LazyLock<Vec<String>> = LazyLock::new(|| files(""));
 /// Its Rust files.
-pub static TREE: LazyLock<Vec<Source>> = LazyLock::new(|| {
+pub(crate) static TREE: LazyLock<Vec<Source>> = LazyLock::new(|| {
     let rust = FILES.iter().filter(|path| path.ends_with(".rs"));
     mark_tests(rust.map(|path| Source::new(path, &read(path))).collect())
 });
 
 #[derive(Default)]
-pub struct Source {
+pub(crate) struct Source {
     pub path: String,
     pub text: String,
     /// `engine/src/novelty` of `engine/src/novelty/mod.rs`.
@@ -32,14 +32,14 @@ pub struct Source {
     pub works: bool,
 }
 
-pub struct Item {
+pub(crate) struct Item {
     /// One of [`KINDS`].
     pub kind: String,
     pub name: String,
     pub scope: Scope,
 }
 
-pub struct Name {
+pub(crate) struct Name {
     /// As written: `super::detect::run`.
     pub path: String,
     /// Where that is in this crate: `engine/src/novelty/detect/run`.
@@ -50,7 +50,7 @@ pub struct Name {
 }
 
 #[derive(Clone, Copy, Default)]
-pub struct Scope {
+pub(crate) struct Scope {
     pub test: bool,
     pub public: bool,
     pub import: bool,
@@ -59,7 +59,7 @@ pub struct Scope {
 }
 
 impl Source {
-    pub fn new(path: &str, text: &str) -> Self {
+    pub(crate) fn new(path: &str, text: &str) -> Self {
         let ends = [".rs", "/mod", "/lib", "/main"];
         let module = ends.iter().fold(path, |m, end| m.trim_end_matches(end));
         let tokens = text.parse().unwrap_or_else(|e| panic!("{path}: {e}"));
@@ -70,12 +70,12 @@ impl Source {
     }
 
     /// Folder of its crate's sources; none for `tests/`, `benches/` and `fuzz/`.
-    pub fn root(&self) -> Option<&str> {
+    pub(crate) fn root(&self) -> Option<&str> {
         let end = self.path.find("src/")? + "src".len();
         (!self.path.starts_with("tests/")).then(|| &self.path[..end])
     }
 
-    pub fn is_front(&self) -> bool {
+    pub(crate) fn is_front(&self) -> bool {
         let tests = self.path.contains("/tests/");
         !tests && (self.path.ends_with("/mod.rs") || self.path.ends_with("/lib.rs"))
     }
@@ -156,7 +156,7 @@ impl Source {
 }
 
 /// Marks the files that only tests declare.
-pub fn mark_tests(mut files: Vec<Source>) -> Vec<Source> {
+pub(crate) fn mark_tests(mut files: Vec<Source>) -> Vec<Source> {
     let mut tests = Vec::new();
     for file in &files {
         let of_tests = |item: &&Item| item.kind == "mod" && item.scope.test;
@@ -188,6 +188,6 @@ fn files(folder: &str) -> Vec<String> {
 }
 
 /// The text of a file of the project.
-pub fn read(path: &str) -> String {
+pub(crate) fn read(path: &str) -> String {
     fs::read_to_string(workspace_root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
 }

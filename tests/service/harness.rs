@@ -26,7 +26,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
 
 #[derive(Debug, Clone, PartialEq)]
-pub enum ScriptedSweep {
+pub(crate) enum ScriptedSweep {
     /// Of this shipped scene.
     Scene(&'static str),
     /// The same scan again and again.
@@ -38,7 +38,7 @@ pub enum ScriptedSweep {
 }
 
 #[derive(Debug)]
-pub struct Script {
+pub(crate) struct Script {
     pub sweep: ScriptedSweep,
     /// Why connecting fails.
     pub absent: Option<&'static str>,
@@ -51,10 +51,10 @@ pub struct Script {
 }
 
 #[derive(Clone)]
-pub struct ScriptedScanner(Arc<Mutex<Script>>);
+pub(crate) struct ScriptedScanner(Arc<Mutex<Script>>);
 
 impl ScriptedScanner {
-    pub fn new(sweep: ScriptedSweep) -> Self {
+    pub(crate) fn new(sweep: ScriptedSweep) -> Self {
         Self(Arc::new(Mutex::new(Script {
             sweep,
             absent: None,
@@ -65,7 +65,7 @@ impl ScriptedScanner {
         })))
     }
 
-    pub fn script(&self) -> MutexGuard<'_, Script> {
+    pub(crate) fn script(&self) -> MutexGuard<'_, Script> {
         self.0.lock().expect("no panic while it is locked")
     }
 }
@@ -240,7 +240,7 @@ fn simulated_sweep(scene: &str, seed: u64) -> RawSweep {
 }
 
 /// A running service.
-pub struct TestService {
+pub(crate) struct TestService {
     pub dir: PathBuf,
     pub scanner: ScriptedScanner,
     commands: mpsc::Sender<ServiceCommand>,
@@ -248,19 +248,19 @@ pub struct TestService {
 }
 
 #[derive(Debug)]
-pub struct HttpAnswer {
+pub(crate) struct HttpAnswer {
     pub status: u16,
     pub head: String,
     pub body: Vec<u8>,
 }
 
 impl HttpAnswer {
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         serde_json::from_slice(&self.body).expect("JSON")
     }
 
     /// The one line of an error.
-    pub fn error(&self) -> String {
+    pub(crate) fn error(&self) -> String {
         let text = self.json()["error"].as_str().expect("an error").to_owned();
         assert_eq!(text.lines().count(), 1, "{text}");
         text
@@ -268,7 +268,7 @@ impl HttpAnswer {
 }
 
 /// Writes the configuration of a service in `dir`, with `more` at its end.
-pub fn configure(dir: &Path, more: &str) {
+pub(crate) fn configure(dir: &Path, more: &str) {
     let text = format!(
         "store.dir = {:?}\napi.socket = {:?}\nmount.xyz_m = [0.0, 0.0, 0.05]\n{more}",
         dir.join("store"),
@@ -277,7 +277,7 @@ pub fn configure(dir: &Path, more: &str) {
     std::fs::write(dir.join("patrold.toml"), text).expect("configuration written");
 }
 
-pub fn parts(dir: &Path, scanner: &ScriptedScanner) -> ServiceParts {
+pub(crate) fn parts(dir: &Path, scanner: &ScriptedScanner) -> ServiceParts {
     let config = dir.join("patrold.toml");
     ServiceParts {
         loaded: load(Some(&config), &[]).expect("valid configuration"),
@@ -289,11 +289,11 @@ pub fn parts(dir: &Path, scanner: &ScriptedScanner) -> ServiceParts {
 }
 
 impl TestService {
-    pub fn start(dir: &Path, scanner: &ScriptedScanner) -> Self {
+    pub(crate) fn start(dir: &Path, scanner: &ScriptedScanner) -> Self {
         Self::start_with(dir, scanner, parts(dir, scanner))
     }
 
-    pub fn start_with(dir: &Path, scanner: &ScriptedScanner, parts: ServiceParts) -> Self {
+    pub(crate) fn start_with(dir: &Path, scanner: &ScriptedScanner, parts: ServiceParts) -> Self {
         let (commands, receiver) = mpsc::channel(4);
         let thread = std::thread::spawn(move || {
             let runtime = tokio::runtime::Runtime::new().expect("runtime");
@@ -311,11 +311,11 @@ impl TestService {
         service
     }
 
-    pub fn socket(&self) -> PathBuf {
+    pub(crate) fn socket(&self) -> PathBuf {
         self.dir.join("patrold.sock")
     }
 
-    pub fn until(&self, what: &str, met: impl Fn(&Self) -> bool) {
+    pub(crate) fn until(&self, what: &str, met: impl Fn(&Self) -> bool) {
         let deadline = Instant::now() + Duration::from_secs(60);
         while !met(self) {
             assert!(Instant::now() < deadline, "timed out: {what}");
@@ -323,13 +323,13 @@ impl TestService {
         }
     }
 
-    pub fn command(&self, command: ServiceCommand) {
+    pub(crate) fn command(&self, command: ServiceCommand) {
         self.commands
             .blocking_send(command)
             .expect("the service runs");
     }
 
-    pub fn request(&self, method: &str, path: &str, body: &str) -> HttpAnswer {
+    pub(crate) fn request(&self, method: &str, path: &str, body: &str) -> HttpAnswer {
         let mut stream = UnixStream::connect(self.socket()).expect("the socket listens");
         write!(
             stream,
@@ -353,23 +353,23 @@ impl TestService {
         }
     }
 
-    pub fn post(&self, path: &str, waypoint: &str) -> HttpAnswer {
+    pub(crate) fn post(&self, path: &str, waypoint: &str) -> HttpAnswer {
         self.request("POST", path, &json!({"waypoint": waypoint}).to_string())
     }
 
-    pub fn status(&self) -> Value {
+    pub(crate) fn status(&self) -> Value {
         self.request("GET", "/status", "").json()
     }
 
     /// A visit with this sweep.
-    pub fn visit(&self, sweep: ScriptedSweep) -> Value {
+    pub(crate) fn visit(&self, sweep: ScriptedSweep) -> Value {
         self.scanner.script().sweep = sweep;
         let answer = self.post("/visit", "hall");
         assert_eq!(answer.status, 200, "{}", answer.json());
         answer.json()
     }
 
-    pub fn stop(self) -> Duration {
+    pub(crate) fn stop(self) -> Duration {
         let start = Instant::now();
         self.command(ServiceCommand::Stop);
         let result = self.thread.join().expect("no panic");
@@ -378,7 +378,7 @@ impl TestService {
     }
 }
 
-pub fn points(ply: &[u8]) -> Vec<Point3<f64>> {
+pub(crate) fn points(ply: &[u8]) -> Vec<Point3<f64>> {
     patrold_engine::formats::read_cloud(ply, Some("ply"))
         .expect("a PLY")
         .points

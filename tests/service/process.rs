@@ -6,7 +6,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// The program with the configuration in `dir`, not yet started.
-pub fn patrold(dir: &Path, arguments: &[&str]) -> Command {
+pub(crate) fn patrold(dir: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_patrold"));
     command
         .args(arguments)

@@ -10,37 +10,37 @@ use patrold_engine::novelty::{Novelty, NoveltyKind, Surroundings, Verdict};
 use patrold_engine::report::NoveltyRecord;
 use std::path::Path;
 
-pub const EVERYTHING: Retention = Retention {
+pub(crate) const EVERYTHING: Retention = Retention {
     older_than: Some(jiff::Timestamp::MAX),
     max_bytes: Some(0),
 };
 
-pub fn stamp(second: i64) -> RecordTime {
+pub(crate) fn stamp(second: i64) -> RecordTime {
     RecordTime {
         at: jiff::Timestamp::from_second(1_800_000_000 + second).expect("a valid time"),
         boot_id: "boot".to_owned(),
     }
 }
 
-pub fn view(x: f64) -> View {
+pub(crate) fn view(x: f64) -> View {
     View::from_points(vec![Point3::new(x, 0.0, 0.0); 4], Point3::origin())
 }
 
-pub fn mixture() -> Mixture {
+pub(crate) fn mixture() -> Mixture {
     Mixture {
         weights: vec![1.0],
         components: vec![gaussian(1.0)],
     }
 }
 
-pub fn gaussian(x: f64) -> Gaussian {
+pub(crate) fn gaussian(x: f64) -> Gaussian {
     Gaussian {
         mean: Point3::new(x, 0.0, 0.0),
         covariance: Matrix3::identity(),
     }
 }
 
-pub fn teach(store: &mut Store, name: &str, second: i64) -> i64 {
+pub(crate) fn teach(store: &mut Store, name: &str, second: i64) -> i64 {
     let view = view(second as f64);
     let new = NewReference {
         waypoint: name,
@@ -56,7 +56,7 @@ pub fn teach(store: &mut Store, name: &str, second: i64) -> i64 {
     store.teach(&new, &stamp(second)).expect("taught")
 }
 
-pub fn novelty_at(x: f64) -> NoveltyRecord {
+pub(crate) fn novelty_at(x: f64) -> NoveltyRecord {
     let novelty = Novelty {
         kind: NoveltyKind::Appeared,
         moved_from: None,
@@ -73,7 +73,7 @@ pub fn novelty_at(x: f64) -> NoveltyRecord {
     NoveltyRecord::new(&novelty, None)
 }
 
-pub fn visit(
+pub(crate) fn visit(
     store: &mut Store,
     verdict: Verdict,
     novelties: &[NoveltyRecord],
@@ -83,7 +83,7 @@ pub fn visit(
     visit_of(store, reference.id, verdict, novelties, second)
 }
 
-pub fn visit_of(
+pub(crate) fn visit_of(
     store: &mut Store,
     reference_id: i64,
     verdict: Verdict,
@@ -114,7 +114,7 @@ pub fn visit_of(
         .expect("recorded")
 }
 
-pub fn alarms(dir: &Path, filter: &AlarmFilter) -> Vec<(i64, String)> {
+pub(crate) fn alarms(dir: &Path, filter: &AlarmFilter) -> Vec<(i64, String)> {
     let store = Store::open_for_reading(dir).expect("reader");
     let rows = store.alarms(filter).expect("query");
     rows.into_iter().map(|a| (a.id, a.state)).collect()

@@ -2,8 +2,8 @@
 
 /// Share of a sweep's points that count as independent: noise is correlated along a scan by .48, .28, .13 at 1, 2, 3
 /// steps (scip2 section 11), so n points are worth n / (1 + 2 (.48 + .28 + .13)).
-pub const SWEEP_INDEPENDENT_SHARE: f64 = 1.0 / (1.0 + 2.0 * (0.48 + 0.28 + 0.13));
+pub(super) const SWEEP_INDEPENDENT_SHARE: f64 = 1.0 / (1.0 + 2.0 * (0.48 + 0.28 + 0.13));
 
 /// Most components that the engine `paper` tries: the paper's corridor of 400 points has some ten surfaces, a real scan
 /// more.
-pub const PAPER_MAX_COMPONENTS: usize = 30;
+pub(super) const PAPER_MAX_COMPONENTS: usize = 30;

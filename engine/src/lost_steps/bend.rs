@@ -23,7 +23,7 @@ type Matrix = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 type Vector = SVector<f64, UNKNOWNS>;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bend {
+pub(super) struct Bend {
     /// Share of the sweep that lies before the bend.
     pub after: f64,
     /// Rotation about the pan axis of what lies after the bend.
@@ -59,7 +59,7 @@ struct BendEquations {
 }
 
 /// The best bend, if it explains enough more of the sweep than none.
-pub fn find(
+pub(super) fn find(
     reference_planes: &PlaneIndex,
     sweep: &Sweep,
     registration: &Registration,

@@ -1,56 +1,56 @@
 //! Constants of the mixtures: unit and origin of each.
 
 /// Added to every covariance diagonal after the M step, square metres: (1 mm)^2, scikit-learn's `reg_covar`.
-pub const REGULARISATION_M2: f64 = 1e-6;
+pub(crate) const REGULARISATION_M2: f64 = 1e-6;
 
 /// Change of the mean log-likelihood below which EM has converged, nats per point: scikit-learn's `tol`.
-pub const DEFAULT_TOLERANCE: f64 = 1e-3;
+pub(crate) const DEFAULT_TOLERANCE: f64 = 1e-3;
 
 /// Maximum number of M steps: scikit-learn's `max_iter`.
-pub const DEFAULT_MAX_ITERATIONS: usize = 100;
+pub(crate) const DEFAULT_MAX_ITERATIONS: usize = 100;
 
 /// A component with this share of the points or less has none: ten units of rounding, with which scikit-learn guards its
 /// divisions.
-pub const DEAD_SHARE: f64 = 10.0 * f64::EPSILON;
+pub(crate) const DEAD_SHARE: f64 = 10.0 * f64::EPSILON;
 
 /// A component is left out where its log density is this far below the best of a point, bits: 2^-56 is an eighth of the
 /// rounding of the sum, and far below [`DEAD_SHARE`].
-pub const NEGLIGIBLE_BITS: f64 = 56.0;
+pub(crate) const NEGLIGIBLE_BITS: f64 = 56.0;
 
 /// Largest difference from one of a sum of weights that is read from outside.
-pub const WEIGHT_SUM_TOLERANCE: f64 = 1e-6;
+pub(crate) const WEIGHT_SUM_TOLERANCE: f64 = 1e-6;
 
 /// An eigenvalue counts as zero down to this negative share of the largest: rounding.
-pub const SEMI_DEFINITE_TOLERANCE: f64 = 1e-9;
+pub(crate) const SEMI_DEFINITE_TOLERANCE: f64 = 1e-9;
 
 /// Maximum number of Lloyd steps after k-means++: they only prepare EM.
-pub const MAX_LLOYD_STEPS: usize = 10;
+pub(crate) const MAX_LLOYD_STEPS: usize = 10;
 
 /// Restarts of k-means++ and EM: one, as scikit-learn's `n_init`.
 pub const DEFAULT_RESTARTS: usize = 1;
 
 /// Standard deviation across a flat component at most, metres. Measured on a prototype: keeps recall of small objects
 /// (`docs/novelty.md section 3`).
-pub const FLAT_SIGMA_M: f64 = 0.03;
+pub(crate) const FLAT_SIGMA_M: f64 = 0.03;
 
 /// Width of a component at most, metres, as the side of the uniform plate of the same variance (same source).
-pub const FLAT_WIDTH_M: f64 = 1.5;
+pub(crate) const FLAT_WIDTH_M: f64 = 1.5;
 
 /// Parts of this many points or fewer are not split: ten numbers describe one Gaussian.
-pub const SPLIT_MIN_POINTS: usize = 10;
+pub(crate) const SPLIT_MIN_POINTS: usize = 10;
 
 /// Mahalanobis distance beyond which a component does not explain a point (`docs/novelty.md section 3`).
-pub const UNEXPLAINED_SIGMAS: f64 = 5.0;
+pub(crate) const UNEXPLAINED_SIGMAS: f64 = 5.0;
 
 /// Maximum number of M steps of a refit: frozen shapes leave little to settle (`docs/novelty.md section 3`).
-pub const REFIT_MAX_ITERATIONS: usize = 10;
+pub(crate) const REFIT_MAX_ITERATIONS: usize = 10;
 
 /// A part is flat up to this many sigmas of range noise: the sample deviation of a flat wall of ten points stays below it in
 /// 97 of 100 draws (chi-squared, 9 degrees of freedom).
-pub const FLAT_SIGMAS_OF_NOISE: f64 = 1.5;
+pub(crate) const FLAT_SIGMAS_OF_NOISE: f64 = 1.5;
 
 /// A part is at least this many point spacings wide: four by four points, more than [`SPLIT_MIN_POINTS`].
-pub const FLAT_WIDTH_SPACINGS: f64 = 4.0;
+pub(crate) const FLAT_WIDTH_SPACINGS: f64 = 4.0;
 
 /// Most components that BIC and MML try; BIC fits every number up to it.
 pub const DEFAULT_MAX_COMPONENTS: usize = 30;

@@ -7,7 +7,7 @@ const MAX_SWEEPS: usize = 16;
 
 /// Eigenvalues and eigenvectors of a symmetric matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Eigen {
+pub(crate) struct Eigen {
     /// Ascending.
     pub values: Vector3<f64>,
     /// Column `i` belongs to `values[i]`; the columns are orthonormal, each with its largest entry positive.
@@ -16,7 +16,7 @@ pub struct Eigen {
 
 impl Eigen {
     /// Cyclic Jacobi. The matrix is symmetrised first.
-    pub fn new(symmetric: &Matrix3<f64>) -> Self {
+    pub(crate) fn new(symmetric: &Matrix3<f64>) -> Self {
         let mut a = (symmetric + symmetric.transpose()) * 0.5;
         let mut v = Matrix3::identity();
         for _ in 0..MAX_SWEEPS {
@@ -62,7 +62,7 @@ impl Eigen {
     }
 
     /// The matrix with `f` applied to its eigenvalues.
-    pub fn map(&self, f: impl Fn(f64) -> f64) -> Matrix3<f64> {
+    pub(crate) fn map(&self, f: impl Fn(f64) -> f64) -> Matrix3<f64> {
         let scaled = Matrix3::from_fn(|r, c| self.vectors[(r, c)] * f(self.values[c]));
         scaled * self.vectors.transpose()
     }
@@ -71,7 +71,7 @@ impl Eigen {
 /// Singular value decomposition `matrix * right = scaled_left`: the columns of `scaled_left` are orthogonal, and their norms
 /// are the singular values.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OneSidedSvd {
+pub(crate) struct OneSidedSvd {
     /// Orthogonal columns u_i s_i.
     pub scaled_left: Matrix3<f64>,
     /// Orthonormal columns v_i.
@@ -81,7 +81,7 @@ pub struct OneSidedSvd {
 impl OneSidedSvd {
     /// One-sided Jacobi (Hestenes 1958): keeps the relative accuracy of small singular values, which the eigenvalues of
     /// `matrix^T matrix` would lose.
-    pub fn new(matrix: &Matrix3<f64>) -> Self {
+    pub(crate) fn new(matrix: &Matrix3<f64>) -> Self {
         let mut u = *matrix;
         let mut v = Matrix3::identity();
         for _ in 0..MAX_SWEEPS {
@@ -113,12 +113,12 @@ impl OneSidedSvd {
     }
 
     /// Singular values, unordered.
-    pub fn values(&self) -> Vector3<f64> {
+    pub(crate) fn values(&self) -> Vector3<f64> {
         Vector3::from_fn(|i, _| self.scaled_left.column(i).norm())
     }
 
     /// The nearest orthogonal matrix. For a singular matrix it is one of several.
-    pub fn polar(&self) -> Matrix3<f64> {
+    pub(crate) fn polar(&self) -> Matrix3<f64> {
         let values = self.values();
         let mut order = [0, 1, 2];
         order.sort_by(|&i, &j| values[j].total_cmp(&values[i]));

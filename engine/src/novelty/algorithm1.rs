@@ -16,7 +16,7 @@ const MAX_CANDIDATES: usize = 5;
 const MIN_WEIGHT_RATIO: f64 = 2.0;
 
 /// Result of Algorithm 1.
-pub struct MixtureSegmentation {
+pub(super) struct MixtureSegmentation {
     /// Disappeared and appeared segments.
     pub segments: [Vec<Segment>; 2],
     /// Part of d_GMM of each segment.
@@ -32,7 +32,7 @@ pub struct MixtureSegmentation {
 ///
 /// # Errors
 /// Mixtures that cannot be fitted or compared.
-pub fn run(
+pub(super) fn run(
     reference: &Mixture,
     own_mixture: Option<Mixture>,
     pair: &ViewPair<'_>,

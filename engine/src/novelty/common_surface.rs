@@ -7,7 +7,7 @@ use nalgebra::Point3;
 
 /// Cells, each with the area of surface that it represents.
 #[derive(Debug, Default)]
-pub struct WeightedCells {
+pub(super) struct WeightedCells {
     /// In the reference's frame.
     points: Vec<Point3<f64>>,
     areas_m2: Vec<f64>,
@@ -21,7 +21,7 @@ impl WeightedCells {
 }
 
 /// The surface of one view that the other could see.
-pub struct VisibleSurface {
+pub(super) struct VisibleSurface {
     /// Cells that both views saw.
     common: WeightedCells,
     /// Cells that the other view did not surely see.
@@ -40,7 +40,7 @@ pub struct VisibleSurface {
 
 impl VisibleSurface {
     /// Adds up the cells of `view`.
-    pub fn new(view: &ComparedView<'_>) -> Self {
+    pub(super) fn new(view: &ComparedView<'_>) -> Self {
         let surfaces = &view.prepared.surfaces;
         // Points of each cell that are on a surface of the other view, in its free space, and in range.
         let mut on_surface = vec![0.0; surfaces.patches.len()];
@@ -112,12 +112,12 @@ impl VisibleSurface {
     }
 
     /// Area of background and segments.
-    pub fn total_m2(&self) -> f64 {
+    pub(super) fn total_m2(&self) -> f64 {
         self.background_m2 + self.segments_m2.iter().sum::<f64>()
     }
 
     /// Weights of the reference's components on the background.
-    pub fn background_weights(&self, mixture: &Mixture) -> Result<Vec<f64>, NoveltyError> {
+    pub(super) fn background_weights(&self, mixture: &Mixture) -> Result<Vec<f64>, NoveltyError> {
         let refitted = refit(
             mixture,
             &self.common.points,
@@ -133,7 +133,7 @@ impl VisibleSurface {
 
 /// Weight of each component on the `unsure` or `deviating` cells of both views, in shares of each view's own background, so
 /// that it compares with the background weights.
-pub fn uncertain_weights(
+pub(super) fn uncertain_weights(
     mixture: &Mixture,
     surfaces: &[VisibleSurface; 2],
     which: impl Fn(&VisibleSurface) -> &WeightedCells,
@@ -165,7 +165,7 @@ pub fn uncertain_weights(
 
 /// One M step from the reference's weights: each cell is shared out as the reference would share it. More steps let
 /// overlapping components take weight from one another for no reason of the scene.
-pub fn one_step() -> RefitSettings {
+pub(super) fn one_step() -> RefitSettings {
     RefitSettings {
         em: EmSettings {
             iterations: 1,

@@ -4,7 +4,7 @@ use super::{PreparedView, Visibility};
 use crate::geometry::DriftTransform;
 
 /// A view with its visibility from the other view, and its segments.
-pub struct ComparedView<'a> {
+pub(super) struct ComparedView<'a> {
     pub prepared: &'a PreparedView,
     pub reference_from_own: DriftTransform,
     /// Of each point, as the other view saw it.

@@ -11,7 +11,7 @@ type Owner = (usize, usize);
 /// Surplus and missing mass once common mass stays in place. That costs nothing and keeps the EMD exact, since all ground
 /// distances are metrics.
 #[derive(Default)]
-pub struct Ledger {
+pub(super) struct Ledger {
     surplus: Mixture,
     surplus_owners: Vec<Option<Owner>>,
     missing: Mixture,
@@ -20,7 +20,7 @@ pub struct Ledger {
 
 impl Ledger {
     /// Adds a component with its masses in reference and current view, and the novelty that owns it.
-    pub fn add(&mut self, g: Gaussian, masses: [f64; 2], owner: Option<Owner>) {
+    pub(super) fn add(&mut self, g: Gaussian, masses: [f64; 2], owner: Option<Owner>) {
         let difference = masses[0] - masses[1];
         // Smaller differences are rounding of masses that sum to one.
         if difference > 1e-12 {
@@ -39,7 +39,7 @@ impl Ledger {
     ///
     /// # Errors
     /// Ground distances that are not finite.
-    pub fn settle(
+    pub(super) fn settle(
         &self,
         ground: GroundDistance,
         change: &mut QuantifiedChange,

@@ -9,7 +9,7 @@ const MAX_WIDTH_RATIO: f64 = 1.5;
 const MAX_DEPTH_RATIO: f64 = 2.5;
 
 /// Links each appeared novelty to the most similar disappeared one, each at most once.
-pub fn link(novelties: &mut [Novelty]) {
+pub(super) fn link(novelties: &mut [Novelty]) {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (a, appeared) in novelties.iter().enumerate() {
         for (d, disappeared) in novelties.iter().enumerate() {

@@ -14,7 +14,7 @@ const MAX_SAMPLES: usize = 20_000;
 const MAD_TO_SIGMA: f64 = 1.4826;
 
 /// The noise law of ranges, from heights of `points` over their flat cells. `None` if there are too few.
-pub fn estimate(
+pub(super) fn estimate(
     points: &[Point3<f64>],
     origin: &Point3<f64>,
     surfaces: &Surfaces,
@@ -42,7 +42,7 @@ pub fn estimate(
 
 /// Noise of the difference between two registered views.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CrossViewNoise {
+pub(super) struct CrossViewNoise {
     /// Of ranges, from surfaces met steeply.
     pub ranges: NoiseLaw,
     /// Standard deviation of heights over surfaces met at a shallow angle, metres. Range noise contributes little to it,
@@ -52,7 +52,7 @@ pub struct CrossViewNoise {
 
 /// The noise between two views, from heights of current points over the reference's flat cells after registration. Points
 /// more than `gate_m` away have changed. `None` if too few are left.
-pub fn cross_view_noise(
+pub(super) fn cross_view_noise(
     reference: &Surfaces,
     reference_origin: &Point3<f64>,
     current_points: &[Point3<f64>],

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 
 /// The view whose rays tell whether the points of the other view deviate.
 #[derive(Debug, Clone, Copy)]
-pub struct ObserverView<'a> {
+pub(super) struct ObserverView<'a> {
     /// The observing view.
     pub view: &'a PreparedView,
     /// From the frame of the segment's own view to that of the observer.

@@ -7,7 +7,7 @@ const HALF_AXIS_SIGMAS: f64 = 2.0;
 
 /// An ellipse of directions.
 #[derive(Debug, Clone, Copy)]
-pub struct Outline {
+pub(super) struct Outline {
     axis: Vector3<f64>,
     across: Vector3<f64>,
     up: Vector3<f64>,
@@ -19,7 +19,7 @@ pub struct Outline {
 
 impl Outline {
     /// `directions` are unit vectors, at least one.
-    pub fn new(directions: &[Vector3<f64>]) -> Self {
+    pub(super) fn new(directions: &[Vector3<f64>]) -> Self {
         let n = directions.len() as f64;
         let axis = directions
             .iter()
@@ -58,18 +58,18 @@ impl Outline {
 
     /// Angular widths, the smaller first, radians: those of a uniform strip, whose standard deviation is its width over
     /// sqrt(12).
-    pub fn widths_rad(&self) -> [f64; 2] {
+    pub(super) fn widths_rad(&self) -> [f64; 2] {
         self.variances.map(|v| (12.0 * v).sqrt())
     }
 
     /// Solid angle of the ellipse, steradians.
-    pub fn solid_angle_sr(&self) -> f64 {
+    pub(super) fn solid_angle_sr(&self) -> f64 {
         let [small, large] = self.variances;
         std::f64::consts::PI * HALF_AXIS_SIGMAS * HALF_AXIS_SIGMAS * (small * large).sqrt()
     }
 
     /// Whether the unit direction `d` lies inside.
-    pub fn contains(&self, d: &Vector3<f64>) -> bool {
+    pub(super) fn contains(&self, d: &Vector3<f64>) -> bool {
         let off = Vector2::new(d.dot(&self.across), d.dot(&self.up)) - self.middle;
         d.dot(&self.axis) > 0.0
             && self.covariance.try_inverse().is_some_and(|inverse| {

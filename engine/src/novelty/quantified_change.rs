@@ -2,7 +2,7 @@
 
 /// A novelty's share of d_GMM.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct NoveltyShare {
+pub(super) struct NoveltyShare {
     /// Its share of the mass.
     pub mass: f64,
     /// Its part of d_GMM.
@@ -11,7 +11,7 @@ pub struct NoveltyShare {
 
 /// d_GMM and what it consists of.
 #[derive(Debug, Clone, PartialEq)]
-pub struct QuantifiedChange {
+pub(super) struct QuantifiedChange {
     /// d_GMM, in the unit of the ground distance.
     pub d: f64,
     /// d_GMM times the visible surface, m^3 (for a ground distance in metres).
@@ -33,7 +33,7 @@ pub struct QuantifiedChange {
 impl QuantifiedChange {
     /// Replaces the distance by that of Algorithm 1, which is taken between the whole mixtures. `contributions` and
     /// `components` are those of reference and current view.
-    pub fn replace_distance(
+    pub(super) fn replace_distance(
         &mut self,
         d: f64,
         contributions: [Vec<f64>; 2],

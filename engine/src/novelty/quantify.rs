@@ -17,7 +17,7 @@ use nalgebra::{Matrix3, Point3};
 ///
 /// # Errors
 /// Mixtures that cannot be fitted or compared.
-pub fn quantify(
+pub(super) fn quantify(
     mixture: &Mixture,
     reference: &ComparedView<'_>,
     current: &ComparedView<'_>,

@@ -9,7 +9,7 @@ use super::QuantifySettings;
 /// `unsure` is surface that one view or the other did not surely see: weights may differ by that much. `deviating` limits a
 /// difference to the surface of the component that deviates: all else was seen in its place by both views. `samples` is the
 /// number of samples of each side.
-pub fn explained_by_sampling(
+pub(super) fn explained_by_sampling(
     weights: [Vec<f64>; 2],
     unsure: &[f64],
     deviating: &[f64],

@@ -5,7 +5,7 @@ use super::{Verdict, VerdictSettings};
 use crate::geometry::Registration;
 
 /// What the verdict depends on.
-pub struct Findings<'a> {
+pub(super) struct Findings<'a> {
     pub registration: &'a Registration,
     /// Noise between the views over the noise of both.
     pub disagreement: f64,
@@ -17,7 +17,7 @@ pub struct Findings<'a> {
 }
 
 /// The verdict with its reason.
-pub fn verdict(findings: &Findings<'_>, settings: &VerdictSettings) -> (Verdict, String) {
+pub(super) fn verdict(findings: &Findings<'_>, settings: &VerdictSettings) -> (Verdict, String) {
     if let Some(reason) = not_observed_reason(findings, settings) {
         return (Verdict::NotObserved, reason);
     }

@@ -19,7 +19,7 @@ pub(super) struct ViewPair<'a> {
 }
 
 impl<'a> ViewPair<'a> {
-    pub fn register(
+    pub(super) fn register(
         reference: &'a Reference,
         current: &'a PreparedView,
         settings: &NoveltySettings,
@@ -53,7 +53,7 @@ impl<'a> ViewPair<'a> {
     }
 
     /// From the frame of view `side` (0 reference, 1 current) to that of the reference.
-    pub fn reference_from(&self, side: usize) -> DriftTransform {
+    pub(super) fn reference_from(&self, side: usize) -> DriftTransform {
         if side == 0 {
             DriftTransform::identity()
         } else {
@@ -71,7 +71,7 @@ impl<'a> ViewPair<'a> {
     }
 
     /// The view that observes the points of view `side`.
-    pub fn observer_of(&self, side: usize) -> ObserverView<'a> {
+    pub(super) fn observer_of(&self, side: usize) -> ObserverView<'a> {
         ObserverView {
             view: self.views[1 - side],
             observer_from_own: self.other_from(side),
@@ -80,7 +80,7 @@ impl<'a> ViewPair<'a> {
 
     /// Evidence of each view's points from the other's rays. Points beyond the range limit give no evidence themselves, but
     /// still end rays.
-    pub fn evaluate_evidence(&self, settings: &NoveltySettings) -> [Vec<Evidence>; 2] {
+    pub(super) fn evaluate_evidence(&self, settings: &NoveltySettings) -> [Vec<Evidence>; 2] {
         [0, 1].map(|side| {
             let (own, other) = (self.views[side], self.views[1 - side]);
             let other_from_own = self.other_from(side);
@@ -131,7 +131,7 @@ impl<'a> ViewPair<'a> {
         })
     }
 
-    pub fn compared_view(
+    pub(super) fn compared_view(
         &self,
         side: usize,
         visibility: &'a [Visibility],
@@ -146,7 +146,7 @@ impl<'a> ViewPair<'a> {
     }
 
     /// Noise between the views over the noise of both, at the reference's median range.
-    pub fn disagreement(&self) -> f64 {
+    pub(super) fn disagreement(&self) -> f64 {
         let [reference, current] = self.views;
         let range_m = reference.median_range_m;
         let both_m = reference

@@ -73,7 +73,7 @@ pub(super) struct VisibilityTest<'a> {
 
 impl VisibilityTest<'_> {
     /// Evidence of each own point, in their order.
-    pub fn evaluate(&self) -> Vec<Evidence> {
+    pub(super) fn evaluate(&self) -> Vec<Evidence> {
         let points = &self.own.view.points;
         points
             .par_iter()

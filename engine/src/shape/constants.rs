@@ -9,13 +9,13 @@ pub(super) struct ParameterRange {
 }
 
 impl ParameterRange {
-    pub fn clamp(&self, value: f64) -> f64 {
+    pub(super) fn clamp(&self, value: f64) -> f64 {
         value.clamp(self.min, self.max)
     }
 
     /// `start` changed by `x` (about a factor e^x in the middle of the range) without leaving the range: a logistic
     /// curve over the logarithm.
-    pub fn perturbed(&self, start: f64, x: f64) -> f64 {
+    pub(super) fn perturbed(&self, start: f64, x: f64) -> f64 {
         let width = (self.max / self.min).ln();
         // At a bound the curve is flat and a solver would be stuck: start a little inside.
         let share = ((start / self.min).ln() / width).clamp(0.01, 0.99);

@@ -27,7 +27,7 @@ pub(super) struct DemoReport {
 
 impl DemoReport {
     /// Reads the alarm log of the store in `state` and compares it with the true changes.
-    pub fn new(
+    pub(super) fn new(
         waypoints: &[DemoWaypoint],
         quiet_visits: Vec<VisitReply>,
         state: &Path,
@@ -58,7 +58,7 @@ impl DemoReport {
 
     /// Whether every quiet visit was quiet, and every waypoint has one alarm with exactly its true changes, each with a
     /// shape of about the right size.
-    pub fn is_correct(&self) -> bool {
+    pub(super) fn is_correct(&self) -> bool {
         let is_correct = |report: &WaypointReport| {
             report.alarmed
                 && report.stray.is_empty()
@@ -71,7 +71,7 @@ impl DemoReport {
             && self.waypoints.iter().all(is_correct)
     }
 
-    pub fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         let mut rows = table::table(&[
             "waypoint",
             "true change",
@@ -100,7 +100,7 @@ impl DemoReport {
         )
     }
 
-    pub fn json(&self, seed: u64, time_scale: f64) -> serde_json::Value {
+    pub(super) fn json(&self, seed: u64, time_scale: f64) -> serde_json::Value {
         let changed: Vec<_> = self
             .waypoints
             .iter()

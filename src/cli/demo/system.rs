@@ -37,7 +37,7 @@ impl DemoSystem {
     ///
     /// # Errors
     /// No pseudo-terminals, or the service does not start.
-    pub fn start(
+    pub(super) fn start(
         state: &Path,
         waypoints: &[DemoWaypoint],
         time_scale: f64,
@@ -82,7 +82,11 @@ impl DemoSystem {
     ///
     /// # Errors
     /// The service has ended.
-    pub fn set_scene(&mut self, world: Arc<World>, robot_pose: Pose2d) -> Result<(), Failure> {
+    pub(super) fn set_scene(
+        &mut self,
+        world: Arc<World>,
+        robot_pose: Pose2d,
+    ) -> Result<(), Failure> {
         if self.emulator.take_lag().mean_s > MAX_MEAN_LAG_S {
             self.slow_down();
         }
@@ -92,7 +96,7 @@ impl DemoSystem {
     }
 
     /// Requests `/visit` or `/teach` and waits for the reply.
-    pub fn request<T: DeserializeOwned>(
+    pub(super) fn request<T: DeserializeOwned>(
         &mut self,
         path: &'static str,
         waypoint: &str,
@@ -101,13 +105,13 @@ impl DemoSystem {
     }
 
     /// Lowers the time scale, with a line on standard error.
-    pub fn slow_down(&self) {
+    pub(super) fn slow_down(&self) {
         let scale = self.clock.scale() * SLOW_DOWN_FACTOR;
         self.clock.set_scale(scale);
         eprintln!("patrold: this machine lags; time scale lowered to {scale:.1}");
     }
 
-    pub fn time_scale(&self) -> f64 {
+    pub(super) fn time_scale(&self) -> f64 {
         self.clock.scale()
     }
 
@@ -115,7 +119,7 @@ impl DemoSystem {
     ///
     /// # Errors
     /// The error that the service ended with.
-    pub fn stop(mut self) -> Result<(), Failure> {
+    pub(super) fn stop(mut self) -> Result<(), Failure> {
         self.stop_service().map_err(Failure::Failed)
     }
 

@@ -55,7 +55,7 @@ struct MissedPairNovelty {
 
 impl EvaluateReport {
     /// The report of these scores.
-    pub fn new(scores: &[PairScore], seed: u64, pairs: usize, seconds: f64) -> Self {
+    pub(super) fn new(scores: &[PairScore], seed: u64, pairs: usize, seconds: f64) -> Self {
         let wrong = scores.iter().filter(|s| !s.is_correct());
         Self {
             seed,
@@ -67,7 +67,7 @@ impl EvaluateReport {
     }
 
     /// The tables, one for each engine and input.
-    pub fn tables(&self, timed: bool) -> String {
+    pub(super) fn tables(&self, timed: bool) -> String {
         let mut parts = vec![format!(
             "{} pairs, seed {}, {:.0} s; rates in % with 95 % intervals (Wilson)",
             self.pairs, self.seed, self.seconds
@@ -89,7 +89,7 @@ impl EvaluateReport {
     }
 
     /// One line for each miss.
-    pub fn misses(&self) -> String {
+    pub(super) fn misses(&self) -> String {
         let lines: Vec<String> = self.misses.iter().map(|m| m.line(self.seed)).collect();
         lines.join("\n")
     }

@@ -36,7 +36,7 @@ struct Fig4d {
 
 impl FigureNumbers {
     /// The figures of this seed.
-    pub fn new(seed: u64) -> Result<Self, Failure> {
+    pub(super) fn new(seed: u64) -> Result<Self, Failure> {
         // The corridor of Fig. 3 is ideal: the reading of least noise.
         let corridor = |object| {
             let scene = CorridorScene {
@@ -68,17 +68,17 @@ impl FigureNumbers {
     }
 
     /// Fig. 3.
-    pub fn removal(&self) -> &GaussianRemoval {
+    pub(super) fn removal(&self) -> &GaussianRemoval {
         &self.fig3.removal
     }
 
     /// Fig. 4d.
-    pub fn attitudes(&self) -> &[CylinderAttitude] {
+    pub(super) fn attitudes(&self) -> &[CylinderAttitude] {
         &self.attitudes
     }
 
     /// For people.
-    pub fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         let Fig3 {
             scene,
             set,

@@ -51,7 +51,7 @@ pub(super) enum ScenePlan {
 
 impl ScenePlan {
     /// Set that it belongs to.
-    pub fn set(&self) -> &'static str {
+    pub(super) fn set(&self) -> &'static str {
         match self {
             Self::Corridor(set, _) => set.as_str(),
             Self::Site(..) => "sites",
@@ -60,7 +60,7 @@ impl ScenePlan {
     }
 
     /// Its object or site.
-    pub fn kind(&self) -> &'static str {
+    pub(super) fn kind(&self) -> &'static str {
         match self {
             Self::Corridor(_, corridor) => corridor.object.as_str(),
             Self::Site(site, _) => site.as_str(),
@@ -71,12 +71,12 @@ impl ScenePlan {
     }
 
     /// Whether nothing appears in it.
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.kind() == CorridorObject::Nothing.as_str()
     }
 
     /// The name by which it can be run alone.
-    pub fn name(&self) -> String {
+    pub(super) fn name(&self) -> String {
         match self {
             Self::Corridor(_, corridor) => corridor.name(),
             Self::Site(site, repeat) => format!("{}-{repeat}", site.as_str()),
@@ -85,7 +85,7 @@ impl ScenePlan {
     }
 
     /// The scene under this seed.
-    pub fn simulate(&self, seed: u64) -> Result<ScenePair, ScenePairError> {
+    pub(super) fn simulate(&self, seed: u64) -> Result<ScenePair, ScenePairError> {
         match self {
             Self::Corridor(_, corridor) => corridor.simulate(seed),
             Self::Site(site, repeat) => site.simulate(*repeat, seed),

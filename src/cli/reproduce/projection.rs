@@ -34,7 +34,7 @@ pub(super) struct PanelProjection {
 
 impl PanelProjection {
     /// The largest in which all lines fit into a panel of `size` pixels; `None` without lines.
-    pub fn fitting(drawn: &[StyledLines], size: (u32, u32)) -> Option<Self> {
+    pub(super) fn fitting(drawn: &[StyledLines], size: (u32, u32)) -> Option<Self> {
         let [left, down] = VIEW_DEG.map(f64::to_radians);
         let ahead = Vector3::new(
             down.cos() * left.cos(),
@@ -65,7 +65,7 @@ impl PanelProjection {
     }
 
     /// Pixels from the left and from the top.
-    pub fn pixel(&self, p: &Point3<f64>) -> (i32, i32) {
+    pub(super) fn pixel(&self, p: &Point3<f64>) -> (i32, i32) {
         let at = [p.coords.dot(&self.right), p.coords.dot(&self.up)];
         let from_middle = [0, 1].map(|k| (at[k] - self.middle[k]) * self.pixels_per_m);
         (

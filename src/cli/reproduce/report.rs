@@ -53,7 +53,11 @@ impl SceneMiss {
 
 impl ReproduceReport {
     /// The report of these results.
-    pub fn new(head: ReportHead, results: &[SceneResult], figures: Option<FigureNumbers>) -> Self {
+    pub(super) fn new(
+        head: ReportHead,
+        results: &[SceneResult],
+        figures: Option<FigureNumbers>,
+    ) -> Self {
         let paper = PAPER_COLUMNS.into_iter().filter(|p| p.table == head.table);
         let wrong = results.iter().filter(|r| !r.is_correct());
         Self {
@@ -66,7 +70,7 @@ impl ReproduceReport {
     }
 
     /// One table for each set.
-    pub fn tables(&self, timed: bool) -> String {
+    pub(super) fn tables(&self, timed: bool) -> String {
         let ReportHead {
             table,
             seed,

@@ -18,7 +18,7 @@ use std::time::Duration;
 
 /// The emulated devices, the time, and the drivers on their ports. Clones share all of it.
 #[derive(Debug, Clone)]
-pub struct EmulatedDevices(Arc<Mutex<EmulatedState>>);
+pub(crate) struct EmulatedDevices(Arc<Mutex<EmulatedState>>);
 
 #[derive(Debug)]
 struct EmulatedState {
@@ -210,7 +210,7 @@ impl EmulatedState {
 }
 
 impl EmulatedDevices {
-    pub fn new(emulation: Emulation) -> Self {
+    pub(crate) fn new(emulation: Emulation) -> Self {
         Self(Arc::new(Mutex::new(EmulatedState {
             now: emulation.now(),
             emulation,
@@ -225,18 +225,18 @@ impl EmulatedDevices {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub fn now(&self) -> Duration {
+    pub(crate) fn now(&self) -> Duration {
         self.state().now
     }
 
     /// Advances the time.
-    pub fn advance(&self, time: Duration) {
+    pub(crate) fn advance(&self, time: Duration) {
         let mut state = self.state();
         let until = state.now + time;
         state.advance(until);
     }
 
-    pub fn with_emulation<T>(&self, change: impl FnOnce(&mut Emulation) -> T) -> T {
+    pub(crate) fn with_emulation<T>(&self, change: impl FnOnce(&mut Emulation) -> T) -> T {
         let mut state = self.state();
         let now = state.now;
         state.emulation.advance(now);
@@ -244,14 +244,18 @@ impl EmulatedDevices {
     }
 
     /// Schedules a change of the emulation; call in order of time.
-    pub fn schedule(&self, after: Duration, action: impl FnOnce(&mut Emulation) + Send + 'static) {
+    pub(crate) fn schedule(
+        &self,
+        after: Duration,
+        action: impl FnOnce(&mut Emulation) + Send + 'static,
+    ) {
         let mut state = self.state();
         let at = state.now + after;
         state.schedule.0.push_back((at, Box::new(action)));
     }
 
     /// Links of a new station.
-    pub fn links(&self) -> Box<dyn DeviceLinks> {
+    pub(crate) fn links(&self) -> Box<dyn DeviceLinks> {
         let mut state = self.state();
         let now = state.now;
         state.laser = Some(VirtualPort::new(Device::Laser, now));

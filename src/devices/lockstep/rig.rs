@@ -16,15 +16,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// A room of 4 m x 3 m x 2.4 m with the floor at z = 0; the head's base is in the middle, 0.4 m high.
-pub const ROOM: &str = "[robot]\nheight_m = 0.4\n[[room]]\nname = \"room\"\ncentre = [0.0, 0.0, 1.2]\nsize = [4.0, 3.0, 2.4]\n";
+pub(crate) const ROOM: &str = "[robot]\nheight_m = 0.4\n[[room]]\nname = \"room\"\ncentre = [0.0, 0.0, 1.2]\nsize = [4.0, 3.0, 2.4]\n";
 
 #[derive(Debug, Clone, PartialEq)]
-pub enum DriverEvent {
+pub(crate) enum DriverEvent {
     Laser(scip::LaserEvent),
     Head(HeadEvent),
 }
 
-pub struct TestRig {
+pub(crate) struct TestRig {
     pub emulation: Emulation,
     laser: LaserDriver,
     head: HeadDriver,
@@ -43,7 +43,7 @@ fn port(device: Device) -> PortConfig {
 }
 
 impl TestRig {
-    pub fn new(options: EmulationOptions) -> Self {
+    pub(crate) fn new(options: EmulationOptions) -> Self {
         Self::in_scene(options, &Scene::parse(ROOM).expect("a scene"))
     }
 
@@ -60,12 +60,12 @@ impl TestRig {
     }
 
     /// Connected and homed, in the middle of [`ROOM`].
-    pub fn ready(options: EmulationOptions) -> Self {
+    pub(crate) fn ready(options: EmulationOptions) -> Self {
         Self::new(options).connect_and_home()
     }
 
     /// Connected and homed, in a shipped scene.
-    pub fn ready_in_scene(options: EmulationOptions, scene: &str) -> Self {
+    pub(crate) fn ready_in_scene(options: EmulationOptions, scene: &str) -> Self {
         let folder = patrold_test_support::workspace_root().join("config/scenes");
         let load =
             |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
@@ -114,7 +114,7 @@ impl TestRig {
     }
 
     /// The events of this instant; if there are none, advances to the next one.
-    pub fn step(&mut self) -> Vec<DriverEvent> {
+    pub(crate) fn step(&mut self) -> Vec<DriverEvent> {
         let mut events = Vec::new();
         self.drain(&mut events);
         if events.is_empty() {
@@ -169,7 +169,11 @@ impl TestRig {
         self.drain(events);
     }
 
-    pub fn plan(&self, request: &SweepRequest, ptu: &PtuConfig) -> Result<SweepPlan, DeviceError> {
+    pub(crate) fn plan(
+        &self,
+        request: &SweepRequest,
+        ptu: &PtuConfig,
+    ) -> Result<SweepPlan, DeviceError> {
         SweepPlan::new(
             request,
             &HeadFacts {
@@ -184,7 +188,7 @@ impl TestRig {
         )
     }
 
-    pub fn request(mode: SweepMode) -> SweepRequest {
+    pub(crate) fn request(mode: SweepMode) -> SweepRequest {
         let settings = Settings::defaults();
         let mut request = SweepRequest::new(&settings.sweep, &settings.mount, &[0.0]);
         request.mode = mode;
@@ -193,7 +197,7 @@ impl TestRig {
     }
 
     /// A sweep; `inject` is called before every input with the time since its start.
-    pub fn sweep(
+    pub(crate) fn sweep(
         &mut self,
         request: &SweepRequest,
         mut inject: impl FnMut(&mut Emulation, &mut SweepRun, Duration),
@@ -232,7 +236,7 @@ impl TestRig {
 }
 
 /// The mount of the emulated robot.
-pub fn true_mount() -> Mount {
+pub(crate) fn true_mount() -> Mount {
     let truth = MountGeometry::default();
     Mount::new(
         truth.pan_origin_m,

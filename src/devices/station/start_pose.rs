@@ -13,7 +13,7 @@ pub(super) struct StartPose {
 
 impl StartPose {
     /// Start of a sweep; `None`: a sweep without pans or lines.
-    pub fn of_sweep(plan: &SweepPlan) -> Option<Self> {
+    pub(super) fn of_sweep(plan: &SweepPlan) -> Option<Self> {
         let (pan, tilt) = plan.approach_steps_s;
         Some(Self {
             steps: [plan.pans.first()?.0, plan.tilt.start_steps()?],

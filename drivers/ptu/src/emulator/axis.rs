@@ -350,8 +350,7 @@ impl EmulatedAxis {
                     }
                 };
                 if past_stop(end) > 1e-6 {
-                    let meets =
-                        time_to_distance(segment, -past_stop(p) * segment.distance.signum());
+                    let meets = segment.time_to_distance(-past_stop(p) * segment.distance.signum());
                     let held = Rotor::Held(stop);
                     if meets > 0.0 {
                         let at = after(now, elapsed + meets).min(motion.end);
@@ -383,20 +382,6 @@ impl EmulatedAxis {
         }
         scheduled
     }
-}
-
-/// The time after which a segment has travelled `distance` (signed like the segment), seconds; 0 if it starts beyond.
-fn time_to_distance(segment: &ProfileSegment, distance: f64) -> f64 {
-    let (d, v, a) = (
-        distance.abs(),
-        segment.v0.abs(),
-        segment.a * segment.distance.signum(),
-    );
-    if distance * segment.distance <= 0.0 {
-        return 0.0;
-    }
-    let root = (v * v + 2.0 * a * d).max(0.0).sqrt();
-    (2.0 * d / (v + root)).min(segment.duration)
 }
 
 fn after(start: Duration, seconds: f64) -> Duration {

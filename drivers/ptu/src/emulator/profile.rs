@@ -25,6 +25,22 @@ pub(super) struct ProfileSegment {
     pub distance: f64,
 }
 
+impl ProfileSegment {
+    /// The time after which it has travelled `distance` (signed like the segment), seconds; 0 if it starts beyond.
+    pub(super) fn time_to_distance(&self, distance: f64) -> f64 {
+        let (d, v, a) = (
+            distance.abs(),
+            self.v0.abs(),
+            self.a * self.distance.signum(),
+        );
+        if distance * self.distance <= 0.0 {
+            return 0.0;
+        }
+        let root = (v * v + 2.0 * a * d).max(0.0).sqrt();
+        (2.0 * d / (v + root)).min(self.duration)
+    }
+}
+
 /// Shorter travel is ignored, counts.
 const MIN_TRAVEL: f64 = 1e-9;
 

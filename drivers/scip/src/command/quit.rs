@@ -7,7 +7,7 @@ use crate::status::ScipCommand;
 
 /// The request `QT`. It ends streaming; the scan in flight may come before its reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Quit;
+pub(crate) struct Quit;
 
 impl ScipRequest for Quit {
     type Reply = ();

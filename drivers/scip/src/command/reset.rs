@@ -9,7 +9,7 @@ use crate::status::ScipCommand;
 
 /// The request `RS`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ResetLaser;
+pub(crate) struct ResetLaser;
 
 impl ScipRequest for ResetLaser {
     type Reply = ();

@@ -11,7 +11,7 @@ use crate::frame::ScipMessage;
 use crate::status::{ScipCommand, StatusMeaning};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SwitchProtocol;
+pub(crate) struct SwitchProtocol;
 
 impl ScipRequest for SwitchProtocol {
     type Reply = ();

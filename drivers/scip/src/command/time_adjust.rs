@@ -10,7 +10,7 @@ use crate::status::{ScipCommand, StatusMeaning};
 
 /// The request `TM0`. "Already in the mode" is success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct EnterTimeAdjust;
+pub(crate) struct EnterTimeAdjust;
 
 impl ScipRequest for EnterTimeAdjust {
     type Reply = ();
@@ -27,7 +27,7 @@ impl ScipRequest for EnterTimeAdjust {
 
 /// The request `TM1`; its reply is the timer, ms, 24 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ReadTimer;
+pub(crate) struct ReadTimer;
 
 impl ScipRequest for ReadTimer {
     type Reply = u32;
@@ -50,7 +50,7 @@ impl ScipRequest for ReadTimer {
 
 /// The request `TM2`. "Not in the mode" is success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct LeaveTimeAdjust;
+pub(crate) struct LeaveTimeAdjust;
 
 impl ScipRequest for LeaveTimeAdjust {
     type Reply = ();

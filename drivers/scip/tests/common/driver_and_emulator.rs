@@ -4,10 +4,10 @@ use scip::emulator::{EmulatedLaser, LaserOptions, LaserProfile, RangeSource};
 use scip::{LaserAction, LaserEvent, ScipDriver, ScipOptions, StreamPlan, ValueCoding};
 use std::time::Duration;
 
-pub const MS: Duration = Duration::from_millis(1);
+pub(crate) const MS: Duration = Duration::from_millis(1);
 
 /// A range of its own for every step, so that a misplaced value shows.
-pub struct Staircase;
+pub(crate) struct Staircase;
 
 impl RangeSource for Staircase {
     fn fill_revolution(&mut self, _: Duration, _: Duration, out: &mut [u32]) {
@@ -17,7 +17,7 @@ impl RangeSource for Staircase {
     }
 }
 
-pub struct DriverAndEmulator {
+pub(crate) struct DriverAndEmulator {
     pub laser: EmulatedLaser,
     pub driver: ScipDriver,
     pub now: Duration,
@@ -26,12 +26,12 @@ pub struct DriverAndEmulator {
 }
 
 impl DriverAndEmulator {
-    pub fn new(options: LaserOptions) -> Self {
+    pub(crate) fn new(options: LaserOptions) -> Self {
         Self::starting_after(options, Duration::from_millis(730))
     }
 
     /// The host connects this long after power-up.
-    pub fn starting_after(options: LaserOptions, after: Duration) -> Self {
+    pub(crate) fn starting_after(options: LaserOptions, after: Duration) -> Self {
         let profile = options.profile.clone();
         Self {
             laser: EmulatedLaser::new(options, Duration::ZERO),
@@ -42,19 +42,19 @@ impl DriverAndEmulator {
         }
     }
 
-    pub fn with_profile(profile: LaserProfile) -> Self {
+    pub(crate) fn with_profile(profile: LaserProfile) -> Self {
         let mut options = LaserOptions::default();
         options.set_profile(profile);
         Self::new(options)
     }
 
-    pub fn inject(&mut self, fault: &str) {
+    pub(crate) fn inject(&mut self, fault: &str) {
         let mut spec: scip::emulator::LaserFaultSpec = fault.parse().expect("a fault");
         spec.at += self.now;
         self.laser.inject(spec);
     }
 
-    pub fn exchange(&mut self) {
+    pub(crate) fn exchange(&mut self) {
         while let Some(action) = self.driver.poll_action() {
             match action {
                 LaserAction::Send(bytes) => self.laser.handle_bytes(&bytes, self.now),
@@ -68,7 +68,7 @@ impl DriverAndEmulator {
         }
     }
 
-    pub fn check(&self, scan: &scip::LaserScan) {
+    pub(crate) fn check(&self, scan: &scip::LaserScan) {
         let window = self.profile.first_step..=self.profile.last_step;
         for (index, range) in scan.ranges.iter().enumerate() {
             let step = scan.step(index) as u32;
@@ -85,7 +85,7 @@ impl DriverAndEmulator {
     }
 
     /// Lets time pass until such an event, or until the time-out.
-    pub fn until(
+    pub(crate) fn until(
         &mut self,
         timeout: Duration,
         wanted: impl Fn(&LaserEvent) -> bool,
@@ -111,7 +111,7 @@ impl DriverAndEmulator {
         }
     }
 
-    pub fn connect(&mut self) -> LaserEvent {
+    pub(crate) fn connect(&mut self) -> LaserEvent {
         self.driver.connect(self.now);
         let over =
             |event: &LaserEvent| matches!(event, LaserEvent::Connected(_) | LaserEvent::Fault(_));
@@ -119,12 +119,12 @@ impl DriverAndEmulator {
         self.until(timeout, over).expect("an end, in bounded time")
     }
 
-    pub fn connected(&mut self) {
+    pub(crate) fn connected(&mut self) {
         let event = self.connect();
         assert!(matches!(event, LaserEvent::Connected(_)), "{event:?}");
     }
 
-    pub fn plan(&self, coding: ValueCoding) -> StreamPlan {
+    pub(crate) fn plan(&self, coding: ValueCoding) -> StreamPlan {
         StreamPlan {
             first_step: self.profile.first_step as u16,
             last_step: self.profile.last_step as u16,
@@ -135,13 +135,13 @@ impl DriverAndEmulator {
         }
     }
 
-    pub fn stream(&mut self, coding: ValueCoding) {
+    pub(crate) fn stream(&mut self, coding: ValueCoding) {
         let plan = self.plan(coding);
         self.driver.start_streaming(plan, self.now).expect("idle");
     }
 
     /// Scans in this time; panics if one is lost.
-    pub fn scans(&mut self, time: Duration) -> usize {
+    pub(crate) fn scans(&mut self, time: Duration) -> usize {
         let end = self.now + time;
         let mut scans = 0;
         while self.now < end {

@@ -1,24 +1,24 @@
 //! Set-up shared by this crate's integration tests.
 #![allow(dead_code, reason = "each test file uses its part")]
 
-pub mod driver_and_emulator;
-pub mod streaming;
+pub(crate) mod driver_and_emulator;
+pub(crate) mod streaming;
 
 use scip::encoding::{encode, sum};
 use scip::{LaserAction, LaserEvent, ScipDriver};
 use std::time::Duration;
 
 /// A recording's bytes; `None`, with the reason printed, where the data is absent and not required.
-pub fn recording(name: &str) -> Option<Vec<u8>> {
+pub(crate) fn recording(name: &str) -> Option<Vec<u8>> {
     let path = patrold_test_support::data(&format!("recordings/{name}"))?;
     Some(std::fs::read(path).expect("readable"))
 }
 
 /// Seeded numbers, the same on every machine.
-pub struct SplitMix64(pub u64);
+pub(crate) struct SplitMix64(pub u64);
 
 impl SplitMix64 {
-    pub fn next(&mut self) -> u64 {
+    pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -26,13 +26,13 @@ impl SplitMix64 {
         z ^ (z >> 31)
     }
 
-    pub fn below(&mut self, bound: usize) -> usize {
+    pub(crate) fn below(&mut self, bound: usize) -> usize {
         (self.next() % bound as u64) as usize
     }
 }
 
 /// Cuts `bytes` in chunks of 1 to `longest`.
-pub fn chunks(bytes: &[u8], longest: usize, rng: &mut SplitMix64) -> Vec<Vec<u8>> {
+pub(crate) fn chunks(bytes: &[u8], longest: usize, rng: &mut SplitMix64) -> Vec<Vec<u8>> {
     let mut rest = bytes;
     let mut all = Vec::new();
     while !rest.is_empty() {
@@ -44,12 +44,12 @@ pub fn chunks(bytes: &[u8], longest: usize, rng: &mut SplitMix64) -> Vec<Vec<u8>
 }
 
 /// A line with its sum and LF.
-pub fn summed(body: &str) -> String {
+pub(crate) fn summed(body: &str) -> String {
     format!("{body}{}\n", char::from(sum(body.as_bytes())))
 }
 
 /// A scan message as a device sends it.
-pub fn scan_message(echo: &str, status: &str, stamp_ms: u32, ranges: &[u32]) -> Vec<u8> {
+pub(crate) fn scan_message(echo: &str, status: &str, stamp_ms: u32, ranges: &[u32]) -> Vec<u8> {
     let mut text = format!("{echo}\n{}", summed(status));
     let stamp = encode::<4>(stamp_ms).expect("24 bits");
     text += &summed(std::str::from_utf8(&stamp).expect("ASCII"));
@@ -64,16 +64,16 @@ pub fn scan_message(echo: &str, status: &str, stamp_ms: u32, ranges: &[u32]) -> 
     text.into_bytes()
 }
 
-pub const VV: &str = "VV\n00P\nVEND:Hokuyo Automatic Co.,Ltd.;[\nPROD:SOKUIKI Sensor URG-04LX;[\n\
+pub(crate) const VV: &str = "VV\n00P\nVEND:Hokuyo Automatic Co.,Ltd.;[\nPROD:SOKUIKI Sensor URG-04LX;[\n\
     FIRM:3.1.04(02/Aug./2007);a\nPROT:SCIP 2.0;N\nSERI:H0706400;F\n\n";
-pub const PP: &str = "PP\n00P\nMODL:URG-04LX(Hokuyo Automatic Co.,Ltd.);N\nDMIN:20;4\nDMAX:5600;_\nARES:1024;\\\n\
+pub(crate) const PP: &str = "PP\n00P\nMODL:URG-04LX(Hokuyo Automatic Co.,Ltd.);N\nDMIN:20;4\nDMAX:5600;_\nARES:1024;\\\n\
     AMIN:44;7\nAMAX:725;o\nAFRT:384;6\nSCAN:600;e\n\n";
-pub const II: &str = "II\n00P\nMODL:URG-04LX(Hokuyo Automatic Co.,Ltd.);N\nLASR:OFF;7\n\
+pub(crate) const II: &str = "II\n00P\nMODL:URG-04LX(Hokuyo Automatic Co.,Ltd.);N\nLASR:OFF;7\n\
     SCSP:Initial(600[rpm])<-Default setting by user;A\nMESM:IDLE;:\nSBPS:19200[bps]<-Default setting by user;A\n\
     TIME:001957;O\nSTAT:Sensor works well.;8\n\n";
 
 /// Drains all actions: what was sent, as text, and the events.
-pub fn drain(driver: &mut ScipDriver) -> (Vec<String>, Vec<LaserEvent>) {
+pub(crate) fn drain(driver: &mut ScipDriver) -> (Vec<String>, Vec<LaserEvent>) {
     let (mut sent, mut events) = (Vec::new(), Vec::new());
     while let Some(action) = driver.poll_action() {
         match action {
@@ -87,14 +87,14 @@ pub fn drain(driver: &mut ScipDriver) -> (Vec<String>, Vec<LaserEvent>) {
 }
 
 /// The driver against scripted replies.
-pub struct ScriptedLaser {
+pub(crate) struct ScriptedLaser {
     pub driver: ScipDriver,
     pub now: Duration,
     pub events: Vec<LaserEvent>,
 }
 
 impl ScriptedLaser {
-    pub fn new(driver: ScipDriver) -> Self {
+    pub(crate) fn new(driver: ScipDriver) -> Self {
         Self {
             driver,
             now: Duration::ZERO,
@@ -103,7 +103,7 @@ impl ScriptedLaser {
     }
 
     /// The driver must have sent exactly this since the last check.
-    pub fn expect_sent(&mut self, expected: &[&str]) {
+    pub(crate) fn expect_sent(&mut self, expected: &[&str]) {
         let (sent, events) = drain(&mut self.driver);
         self.events.extend(events);
         assert_eq!(
@@ -114,7 +114,7 @@ impl ScriptedLaser {
     }
 
     /// The device answers, byte by byte, a millisecond each tenth byte.
-    pub fn reply(&mut self, bytes: impl AsRef<[u8]>) {
+    pub(crate) fn reply(&mut self, bytes: impl AsRef<[u8]>) {
         for (index, byte) in bytes.as_ref().iter().enumerate() {
             if index % 10 == 9 {
                 self.now += Duration::from_millis(1);
@@ -124,14 +124,14 @@ impl ScriptedLaser {
     }
 
     /// Request and reply.
-    pub fn exchange(&mut self, expected: &str, reply: impl AsRef<[u8]>) {
+    pub(crate) fn exchange(&mut self, expected: &str, reply: impl AsRef<[u8]>) {
         self.expect_sent(&[expected]);
         self.now += Duration::from_millis(95);
         self.reply(reply);
     }
 
     /// No reply: time advances to the deadline.
-    pub fn time_out(&mut self) {
+    pub(crate) fn time_out(&mut self) {
         self.now = self
             .driver
             .deadline()
@@ -141,13 +141,13 @@ impl ScriptedLaser {
     }
 
     /// The events so far, and clears them.
-    pub fn take_events(&mut self) -> Vec<LaserEvent> {
+    pub(crate) fn take_events(&mut self) -> Vec<LaserEvent> {
         self.expect_sent(&[]);
         std::mem::take(&mut self.events)
     }
 
     /// From `RS` to connected.
-    pub fn identify(&mut self) {
+    pub(crate) fn identify(&mut self) {
         self.exchange("RS\n", "RS\n00P\n\n");
         self.exchange("VV\n", VV);
         self.exchange("PP\n", PP);
@@ -160,7 +160,7 @@ impl ScriptedLaser {
     }
 
     /// A connected driver, by the shortest dialogue.
-    pub fn connected(driver: ScipDriver) -> Self {
+    pub(crate) fn connected(driver: ScipDriver) -> Self {
         let mut script = Self::new(driver);
         script.driver.connect(script.now);
         script.exchange("QT\n", "QT\n00P\n\n");

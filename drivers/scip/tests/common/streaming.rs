@@ -3,7 +3,7 @@
 use super::{ScriptedLaser, scan_message};
 use scip::{LaserEvent, ScipDriver, ScipOptions, StreamPlan, ValueCoding};
 
-pub const PLAN: StreamPlan = StreamPlan {
+pub(crate) const PLAN: StreamPlan = StreamPlan {
     first_step: 44,
     last_step: 725,
     cluster: 1,
@@ -12,17 +12,17 @@ pub const PLAN: StreamPlan = StreamPlan {
     count: 0,
 };
 
-pub const REQUEST: &str = "MD0044072501000\n";
+pub(crate) const REQUEST: &str = "MD0044072501000\n";
 
-pub const ECHO: &str = "MD0044072501000";
+pub(crate) const ECHO: &str = "MD0044072501000";
 
-pub const ACK: &str = "MD0044072501000\n00P\n\n";
+pub(crate) const ACK: &str = "MD0044072501000\n00P\n\n";
 
-pub fn connected() -> ScriptedLaser {
+pub(crate) fn connected() -> ScriptedLaser {
     ScriptedLaser::connected(ScipDriver::new(ScipOptions::default()))
 }
 
-pub fn streaming() -> ScriptedLaser {
+pub(crate) fn streaming() -> ScriptedLaser {
     let mut script = connected();
     script
         .driver
@@ -33,12 +33,12 @@ pub fn streaming() -> ScriptedLaser {
     script
 }
 
-pub fn scan(stamp_ms: u32) -> Vec<u8> {
+pub(crate) fn scan(stamp_ms: u32) -> Vec<u8> {
     scan_message(ECHO, "99", stamp_ms, &[1234; 682])
 }
 
 /// The stamps of the scans among the events, and the other events.
-pub fn sort(events: Vec<LaserEvent>) -> (Vec<u32>, Vec<LaserEvent>) {
+pub(crate) fn sort(events: Vec<LaserEvent>) -> (Vec<u32>, Vec<LaserEvent>) {
     let (scans, others): (Vec<_>, Vec<_>) = events
         .into_iter()
         .partition(|event| matches!(event, LaserEvent::Scan { .. }));

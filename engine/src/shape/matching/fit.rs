@@ -47,7 +47,7 @@ pub(super) struct Observation {
 
 impl Observation {
     /// `covariance` is about the mean of `independent_points` points.
-    pub fn new(
+    pub(super) fn new(
         covariance: &Matrix3<f64>,
         independent_points: f64,
         noise_m: f64,
@@ -82,7 +82,7 @@ impl Observation {
     }
 
     /// Signed distance of `p` from the surface that the surface model expects points on, metres.
-    pub fn distance_m(&self, primitive: &Primitive, p: &Point3<f64>) -> f64 {
+    pub(super) fn distance_m(&self, primitive: &Primitive, p: &Point3<f64>) -> f64 {
         match self.surface {
             SurfaceModel::Visible => primitive.visible_distance_m(p, &self.sensor),
             SurfaceModel::Ideal => primitive.distance_m(p),
@@ -242,7 +242,7 @@ pub(super) struct MatchedPrimitive {
 
 impl MatchedPrimitive {
     /// Standard deviations of centre and size, metres; as expensive as a step of the fit.
-    pub fn standard_deviations(&self, observed: &Observation) -> ([f64; 3], [f64; 3]) {
+    pub(super) fn standard_deviations(&self, observed: &Observation) -> ([f64; 3], [f64; 3]) {
         // About the fitted primitive: a length at its bound has no slope in the parameters that brought it there.
         let mut x = DVector::zeros(self.primitive.parameter_count() + 1);
         if let Some(noise) = x.as_mut_slice().last_mut() {

@@ -28,7 +28,7 @@ pub(super) enum Chart {
 }
 
 impl Chart {
-    pub fn new(surface: &UnboundedSurface) -> Self {
+    pub(super) fn new(surface: &UnboundedSurface) -> Self {
         let [e1, e2, e3] = surface.frame().map(|v| narrow(&v));
         match surface {
             UnboundedSurface::Plane { .. } => Self::Plane { axes: [e1, e2] },
@@ -48,7 +48,7 @@ impl Chart {
 
     /// Metres on a plane; revolutions (0 to 1) and metres on a cylinder; 0 to 1 twice on a sphere.
     #[inline(always)]
-    pub fn parameters(&self, p: &Vector3<f32>) -> [f32; 2] {
+    pub(super) fn parameters(&self, p: &Vector3<f32>) -> [f32; 2] {
         match self {
             Self::Plane { axes } => [axes[0].dot(p), axes[1].dot(p)],
             Self::Cylinder { point, axes, .. } => {
@@ -82,7 +82,7 @@ enum ChartTopology {
 
 impl Bitmap {
     /// A bitmap for all points of `cloud`.
-    pub fn covering(chart: &Chart, cloud: &Cloud, cell_m: f32) -> Self {
+    pub(super) fn covering(chart: &Chart, cloud: &Cloud, cell_m: f32) -> Self {
         // Start and length of the cloud's box along an axis.
         let half = narrow(&cloud.sides_m) / 2.0;
         let middle = Vector3::from(cloud.low) + half;
@@ -137,7 +137,7 @@ impl Bitmap {
 
     /// The pixel with these parameters.
     #[inline(always)]
-    pub fn pixel_of(&self, [u, v]: [f32; 2]) -> u32 {
+    pub(super) fn pixel_of(&self, [u, v]: [f32; 2]) -> u32 {
         let column = floor_index((u - self.from[0]) * self.scale[0], self.columns);
         let row = floor_index((v - self.from[1]) * self.scale[1], self.rows);
         row * self.columns as u32 + column
@@ -169,7 +169,7 @@ impl Bitmap {
     }
 
     /// Which pixels belong to the connected component with the most points; `None` if there is only one.
-    pub fn largest_component(&self, pixels: &[u32]) -> Option<Vec<bool>> {
+    pub(super) fn largest_component(&self, pixels: &[u32]) -> Option<Vec<bool>> {
         let size = (self.columns * self.rows) as usize;
         let mut counts = vec![0u32; size];
         for &pixel in pixels {

@@ -16,7 +16,7 @@ pub(super) struct SurfaceCandidate {
 }
 
 impl SurfaceCandidate {
-    pub fn new(surface: UnboundedSurface, level: u32) -> Self {
+    pub(super) fn new(surface: UnboundedSurface, level: u32) -> Self {
         Self {
             surface,
             level,
@@ -27,7 +27,7 @@ impl SurfaceCandidate {
     }
 
     /// Expected share of all `n` points on it, and the half width of its interval (hypergeometric).
-    pub fn share(&self, n: usize) -> (f64, f64) {
+    pub(super) fn share(&self, n: usize) -> (f64, f64) {
         let (n, scored, inliers) = (n as f64, self.scored as f64, self.inliers as f64);
         if scored >= n {
             return (inliers / n.max(1.0), 0.0);
@@ -40,7 +40,7 @@ impl SurfaceCandidate {
     }
 
     /// Upper end of that interval.
-    pub fn upper_share(&self, n: usize) -> f64 {
+    pub(super) fn upper_share(&self, n: usize) -> f64 {
         let (expected, spread) = self.share(n);
         expected + spread
     }

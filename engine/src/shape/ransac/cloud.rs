@@ -29,7 +29,7 @@ pub(super) enum ActivePoints<'a> {
 
 impl<'a> Cloud<'a> {
     /// All points that are finite and have a finite normal.
-    pub fn new(points: &'a [Point3<f64>], normals: &'a [Vector3<f64>]) -> Self {
+    pub(super) fn new(points: &'a [Point3<f64>], normals: &'a [Vector3<f64>]) -> Self {
         let finite = |v: [f64; 3]| v.iter().all(|c| (*c as f32).is_finite());
         let origin = points.iter().find(|p| finite((**p).into()));
         let origin = origin.copied().unwrap_or_default();
@@ -69,18 +69,18 @@ impl<'a> Cloud<'a> {
         cloud
     }
 
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.active_indices
             .as_ref()
             .map_or(self.points.len(), Vec::len)
     }
 
     /// Diagonal of the box, metres.
-    pub fn diagonal_m(&self) -> f64 {
+    pub(super) fn diagonal_m(&self) -> f64 {
         self.sides_m.norm()
     }
 
-    pub fn active(&self) -> ActivePoints<'_> {
+    pub(super) fn active(&self) -> ActivePoints<'_> {
         match &self.active_indices {
             None => ActivePoints::All(self.points, self.normals),
             Some(active_indices) => ActivePoints::Indices(active_indices),
@@ -88,14 +88,14 @@ impl<'a> Cloud<'a> {
     }
 
     /// Position of point `k` in this frame; the origin if there is none.
-    pub fn position(&self, k: u32) -> Vector3<f64> {
+    pub(super) fn position(&self, k: u32) -> Vector3<f64> {
         let point = self.points.get(k as usize);
         point.map_or_else(Vector3::zeros, |p| p - self.origin)
     }
 
     /// Point `k` in the caller's frame and its normal; zeros if there is none.
     #[inline(always)]
-    pub fn oriented_point(&self, k: u32) -> (Point3<f64>, Vector3<f64>) {
+    pub(super) fn oriented_point(&self, k: u32) -> (Point3<f64>, Vector3<f64>) {
         let k = k as usize;
         match (self.points.get(k), self.normals.get(k)) {
             (Some(p), Some(n)) => (*p, *n),
@@ -104,7 +104,7 @@ impl<'a> Cloud<'a> {
     }
 
     /// `count` distinct points (all, if there are fewer) in random order.
-    pub fn sample(&self, count: usize, rng: &mut ChaCha8Rng) -> PointSample {
+    pub(super) fn sample(&self, count: usize, rng: &mut ChaCha8Rng) -> PointSample {
         let drawn = distinct(count.min(self.len()), self.len(), rng);
         let mut sample = PointSample::with_capacity(drawn.len(), self.low, self.sides_m);
         for k in drawn {
@@ -119,7 +119,7 @@ impl<'a> Cloud<'a> {
     }
 
     /// Removes the points at `indices` (rising).
-    pub fn remove(&mut self, indices: &[u32]) {
+    pub(super) fn remove(&mut self, indices: &[u32]) {
         let mut keep = vec![true; self.points.len()];
         indices.iter().for_each(|&k| keep[k as usize] = false);
         self.active_indices = Some(match self.active_indices.take() {

@@ -9,14 +9,14 @@ pub(super) struct KdTree<'a> {
 }
 
 impl<'a> KdTree<'a> {
-    pub fn new(points: &'a [Point3<f64>]) -> Self {
+    pub(super) fn new(points: &'a [Point3<f64>]) -> Self {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
         split(points, &mut order, 0);
         Self { points, order }
     }
 
     /// Squared distance and index of the `count` points nearest to `p`, nearest first.
-    pub fn nearest(&self, p: &Point3<f64>, count: usize) -> Vec<(f64, u32)> {
+    pub(super) fn nearest(&self, p: &Point3<f64>, count: usize) -> Vec<(f64, u32)> {
         let mut found = Vec::with_capacity(count + 1);
         if count > 0 {
             self.search(&self.order, 0, p, count, &mut found);

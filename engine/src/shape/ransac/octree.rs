@@ -16,7 +16,7 @@ pub(super) struct Octree {
 
 impl Octree {
     /// Of all points of `sample`; cells smaller than `MIN_CELL_EPSILONS` times `epsilon_m` are not drawn from.
-    pub fn new(sample: &PointSample, epsilon_m: f64) -> Self {
+    pub(super) fn new(sample: &PointSample, epsilon_m: f64) -> Self {
         let side = sample.sides_m.max().max(f64::MIN_POSITIVE);
         let scale = (f64::from(1u32 << MORTON_BITS) / side) as f32;
         let [x, y, z] = &sample.positions;
@@ -41,7 +41,7 @@ impl Octree {
 
     /// Indices of three distinct points: the first anywhere, the others from its cell at `level`. `None` if the cell has
     /// fewer.
-    pub fn draw(&self, level: u32, rng: &mut ChaCha8Rng) -> Option<[u32; 3]> {
+    pub(super) fn draw(&self, level: u32, rng: &mut ChaCha8Rng) -> Option<[u32; 3]> {
         if self.sorted.len() < 3 {
             return None;
         }
@@ -88,7 +88,7 @@ pub(super) struct LevelWeights {
 }
 
 impl LevelWeights {
-    pub fn new(count: u32) -> Self {
+    pub(super) fn new(count: u32) -> Self {
         let count = count.max(1) as usize;
         Self {
             share: vec![1.0 / count as f64; count],
@@ -96,7 +96,7 @@ impl LevelWeights {
         }
     }
 
-    pub fn draw(&self, rng: &mut ChaCha8Rng) -> u32 {
+    pub(super) fn draw(&self, rng: &mut ChaCha8Rng) -> u32 {
         let mut left: f64 = rng.random();
         let level = self.share.iter().position(|s| {
             left -= s;
@@ -106,14 +106,14 @@ impl LevelWeights {
     }
 
     /// Adds the score of a candidate from `level` (negative where a candidate was overrated).
-    pub fn add_score(&mut self, level: u32, score: f64) {
+    pub(super) fn add_score(&mut self, level: u32, score: f64) {
         if let Some(s) = self.score.get_mut(level as usize) {
             *s = (*s + score).max(0.0);
         }
     }
 
     /// Updates the probabilities by the scores per draw.
-    pub fn update(&mut self) {
+    pub(super) fn update(&mut self) {
         let rates = self.score.iter().zip(&self.share).map(|(s, p)| s / p);
         let total: f64 = rates.clone().sum();
         if total > 0.0 {

@@ -17,7 +17,7 @@ pub(super) struct PointSample {
 }
 
 impl PointSample {
-    pub fn with_capacity(count: usize, low: [f32; 3], sides_m: Vector3<f64>) -> Self {
+    pub(super) fn with_capacity(count: usize, low: [f32; 3], sides_m: Vector3<f64>) -> Self {
         let columns = || std::array::from_fn(|_| Vec::with_capacity(count));
         Self {
             positions: columns(),
@@ -27,24 +27,24 @@ impl PointSample {
         }
     }
 
-    pub fn push(&mut self, position: &Vector3<f64>, normal: &Vector3<f64>) {
+    pub(super) fn push(&mut self, position: &Vector3<f64>, normal: &Vector3<f64>) {
         for k in 0..3 {
             self.positions[k].push(position[k] as f32);
             self.normals[k].push(normal[k] as f32);
         }
     }
 
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.positions[0].len()
     }
 
     /// Position of point `k`; the origin if there is none.
-    pub fn position(&self, k: u32) -> Vector3<f64> {
+    pub(super) fn position(&self, k: u32) -> Vector3<f64> {
         gather(&self.positions, k)
     }
 
     /// Normal of point `k`; zero if there is none.
-    pub fn normal(&self, k: u32) -> Vector3<f64> {
+    pub(super) fn normal(&self, k: u32) -> Vector3<f64> {
         gather(&self.normals, k)
     }
 }

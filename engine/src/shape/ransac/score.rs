@@ -22,7 +22,7 @@ pub(super) struct Tolerance {
 
 impl Tolerance {
     /// `factor` times the distance, the same angle.
-    pub fn widened(self, factor: f64) -> Self {
+    pub(super) fn widened(self, factor: f64) -> Self {
         Self {
             epsilon_m: factor * self.epsilon_m,
             ..self
@@ -30,7 +30,7 @@ impl Tolerance {
     }
 
     /// Whether a point is an inlier of `surface`, in f64; the loops below compute the same in f32.
-    pub fn accepts(
+    pub(super) fn accepts(
         &self,
         surface: &UnboundedSurface,
         position: &Vector3<f64>,
@@ -129,7 +129,7 @@ pub(super) struct RadialTest {
 }
 
 impl InlierTest {
-    pub fn new(surface: &UnboundedSurface, tolerance: Tolerance) -> Self {
+    pub(super) fn new(surface: &UnboundedSurface, tolerance: Tolerance) -> Self {
         let narrow = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
         let radial = |centre: &Vector3<f64>, axis: &Vector3<f64>, radius_m: f64| {
             let square = |r: f64| (r.abs() * r) as f32;

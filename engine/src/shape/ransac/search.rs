@@ -34,7 +34,7 @@ pub(super) struct SurfaceSearch {
 
 impl SurfaceSearch {
     /// The next surface in `cloud` and the indices of its inliers, rising; `None` if none with `min_points` is left.
-    pub fn next(
+    pub(super) fn next(
         &self,
         cloud: &Cloud,
         rng: &mut ChaCha8Rng,
@@ -179,7 +179,7 @@ impl SurfaceSearch {
     }
 
     /// The largest connected patch of inliers of `surface`.
-    pub fn patch(
+    pub(super) fn patch(
         &self,
         surface: &UnboundedSurface,
         tolerance: Tolerance,

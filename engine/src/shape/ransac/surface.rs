@@ -23,7 +23,7 @@ pub(super) enum UnboundedSurface {
 
 impl UnboundedSurface {
     /// Signed distance of `x`, metres; positive outside of a curved surface.
-    pub fn distance_m(&self, x: &Vector3<f64>) -> f64 {
+    pub(super) fn distance_m(&self, x: &Vector3<f64>) -> f64 {
         match self {
             Self::Plane { normal, offset_m } => normal.dot(x) - offset_m,
             Self::Sphere { centre, radius_m } => (x - centre).norm() - radius_m,
@@ -36,7 +36,7 @@ impl UnboundedSurface {
     }
 
     /// Outward unit normal next to `x`; `None` at the centre or on the axis.
-    pub fn normal_at(&self, x: &Vector3<f64>) -> Option<Vector3<f64>> {
+    pub(super) fn normal_at(&self, x: &Vector3<f64>) -> Option<Vector3<f64>> {
         match self {
             Self::Plane { normal, .. } => Some(normal.into_inner()),
             Self::Sphere { centre, .. } => (x - centre).try_normalize(0.0),
@@ -45,7 +45,7 @@ impl UnboundedSurface {
     }
 
     /// `None` for a plane.
-    pub fn radius_m(&self) -> Option<f64> {
+    pub(super) fn radius_m(&self) -> Option<f64> {
         match *self {
             Self::Plane { .. } => None,
             Self::Sphere { radius_m, .. } | Self::Cylinder { radius_m, .. } => Some(radius_m),
@@ -53,7 +53,7 @@ impl UnboundedSurface {
     }
 
     /// Index of its class among plane, sphere, cylinder: fewer parameters first.
-    pub fn class_index(&self) -> usize {
+    pub(super) fn class_index(&self) -> usize {
         match self {
             Self::Plane { .. } => 0,
             Self::Sphere { .. } => 1,
@@ -62,12 +62,12 @@ impl UnboundedSurface {
     }
 
     /// Free parameters: 3, 4, 5.
-    pub fn parameter_count(&self) -> usize {
+    pub(super) fn parameter_count(&self) -> usize {
         3 + self.class_index()
     }
 
     /// Whether every number is finite and a radius is positive.
-    pub fn is_valid(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         let finite = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite());
         let radius = self.radius_m().is_none_or(|r| r.is_finite() && r > 0.0);
         radius
@@ -79,7 +79,7 @@ impl UnboundedSurface {
     }
 
     /// A right-handed frame whose third axis is a plane's normal or a cylinder's axis.
-    pub fn frame(&self) -> [Vector3<f64>; 3] {
+    pub(super) fn frame(&self) -> [Vector3<f64>; 3] {
         let third = match self {
             Self::Plane { normal, .. } => *normal,
             Self::Sphere { .. } => Vector3::z_axis(),

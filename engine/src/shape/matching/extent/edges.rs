@@ -18,7 +18,7 @@ pub(super) struct BlurredInterval {
 
 impl BlurredInterval {
     /// For a point at `u`, edges at `low` < `high` and a blur of `sigma` (metres).
-    pub fn new(u: f64, low: f64, high: f64, sigma: f64) -> Self {
+    pub(super) fn new(u: f64, low: f64, high: f64, sigma: f64) -> Self {
         let (from_low, low_density) = normal_cdf_and_density((u - low) / sigma);
         let (from_high, high_density) = normal_cdf_and_density((u - high) / sigma);
         Self {
@@ -29,7 +29,7 @@ impl BlurredInterval {
     }
 
     /// Derivative with respect to the point's position, per metre.
-    pub fn by_position(&self) -> f64 {
+    pub(super) fn by_position(&self) -> f64 {
         -(self.by_low + self.by_high)
     }
 }
@@ -92,7 +92,7 @@ pub(super) struct Likelihood<const N: usize> {
 }
 
 impl<const N: usize> Likelihood<N> {
-    pub fn zero() -> Self {
+    pub(super) fn zero() -> Self {
         Self {
             log: 0.0,
             gradient: SVector::zeros(),
@@ -101,7 +101,7 @@ impl<const N: usize> Likelihood<N> {
     }
 
     /// Adds one point.
-    pub fn add(&mut self, log: f64, gradient: &SVector<f64, N>) {
+    pub(super) fn add(&mut self, log: f64, gradient: &SVector<f64, N>) {
         self.log += log;
         self.gradient += gradient;
         self.information.ger(1.0, gradient, gradient, 1.0);
