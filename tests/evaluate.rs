@@ -60,8 +60,8 @@ fn labels_are_on_the_side_where_the_change_is() {
                     views(&pair)[side].points.len(),
                     "{name}"
                 );
-                let changed_points =
-                    count(&pair, side, PointLabel::Seen) + count(&pair, side, PointLabel::Beyond);
+                let changed_points = count(&pair, side, PointLabel::FreeSpace)
+                    + count(&pair, side, PointLabel::BeyondFreeRange);
                 assert_eq!(changed_points > 10, changed, "{name}");
             }
         }
@@ -82,7 +82,7 @@ fn a_ball_has_the_planned_distance_and_size() {
                 .points
                 .iter()
                 .zip(&pair.labels[1])
-                .filter(|(_, l)| **l == PointLabel::Seen)
+                .filter(|(_, l)| **l == PointLabel::FreeSpace)
                 .map(|(p, _)| p)
                 .collect();
             assert!(own.len() > 10, "{change:?} {number}: {} points", own.len());

@@ -86,7 +86,7 @@ pub(crate) fn scans(data: &[u8]) -> usize {
                     // Refused if the damage made a number invalid.
                     drop(driver.start_streaming(plan, now));
                 }
-                LaserAction::Event(LaserEvent::Fault(_)) => return scans,
+                LaserAction::Event(LaserEvent::ConnectionFailed(_)) => return scans,
                 LaserAction::Event(_) => {}
             }
         }

@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slip_finds_its_key() {
+    fn a_typo_suggests_the_nearest_key() {
         assert_eq!(nearest_key("novelty.uth_m"), "novelty.u_th_m");
         assert_eq!(nearest_key("laser.prot"), "laser.port");
         assert_eq!(nearest_key("waypoint.hall.u_th"), "waypoint.hall.u_th_m");

@@ -69,7 +69,7 @@ pub(super) const END_LIMIT: Duration = Duration::from_millis(900);
 pub(super) const CONNECT_LIMIT: Duration = Duration::from_secs(20);
 
 /// Longest wait for both devices at opening. The head may be calibrating, 60 s (ptu-d46 section 7).
-pub(super) const OPEN_LIMIT: Duration = Duration::from_secs(90);
+pub(super) const DEVICES_READY_LIMIT: Duration = Duration::from_secs(90);
 
 /// Longest wait for homing: the driver's own 60 s and the reading of the limits.
 pub(super) const HOME_LIMIT: Duration = Duration::from_secs(70);
@@ -78,16 +78,16 @@ pub(super) const HOME_LIMIT: Duration = Duration::from_secs(70);
 pub(super) const HEALTH_LIMIT: Duration = Duration::from_secs(4);
 
 /// First pause before a port is opened again; doubled at every consecutive failure.
-pub(super) const INITIAL_RETRY_PAUSE: Duration = Duration::from_millis(500);
+pub(super) const INITIAL_REOPEN_PAUSE: Duration = Duration::from_millis(500);
 
 /// Longest pause before a port is opened again.
-pub(super) const MAX_RETRY_PAUSE: Duration = Duration::from_secs(30);
+pub(super) const MAX_REOPEN_PAUSE: Duration = Duration::from_secs(30);
 
 /// Longest pause before an absent port is tried again: a try is cheap, and a replugged device is wanted within seconds.
-pub(super) const ABSENT_RETRY_PAUSE: Duration = Duration::from_secs(1);
+pub(super) const ABSENT_REOPEN_PAUSE: Duration = Duration::from_secs(1);
 
 /// Wait for an absent device when it is needed: one try of its port, and connecting.
-pub(super) const RETURN_LIMIT: Duration = Duration::from_millis(1500);
+pub(super) const RECONNECT_WAIT: Duration = Duration::from_millis(1500);
 
 /// Longest blocking read of a port thread while the driver has a deadline, wall time. Commands wait at most that long.
 pub(super) const READ_BUSY: Duration = Duration::from_millis(4);
@@ -95,10 +95,10 @@ pub(super) const READ_BUSY: Duration = Duration::from_millis(4);
 pub(super) const READ_IDLE: Duration = Duration::from_millis(20);
 
 /// Time limit for writing a command of some 20 bytes, wall time.
-pub(super) const WRITE_LIMIT: Duration = Duration::from_millis(500);
+pub(super) const COMMAND_WRITE_LIMIT: Duration = Duration::from_millis(500);
 
-/// Time limit for stopping a device whose port is being closed, wall time. With [`WRITE_LIMIT`] below the second in which
-/// laser and head must be stopped.
+/// Time limit for stopping a device whose port is being closed, wall time. With [`COMMAND_WRITE_LIMIT`] below the second in
+/// which laser and head must be stopped.
 pub(super) const CLOSE_LIMIT: Duration = Duration::from_millis(450);
 
 /// Interval of checking for cancellation, wall time.

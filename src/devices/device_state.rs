@@ -19,7 +19,7 @@ pub struct DeviceNote {
     pub device: Device,
     /// For the level of the log line.
     pub severity: Severity,
-    /// One line.
+    /// What happened, without the device's name; one line.
     pub text: String,
 }
 
@@ -68,8 +68,8 @@ impl DeviceState {
         }
     }
 
-    /// Whether each device is connected or has failed: laser, head.
-    pub(super) fn settled(&self) -> (bool, bool) {
+    /// For laser and head.
+    pub(super) fn connected_or_failed(&self) -> (bool, bool) {
         (
             self.laser.is_some() || self.laser_error.is_some(),
             self.head.is_some() || self.head_error.is_some(),

@@ -88,7 +88,7 @@ impl DeviceDriver for LaserDriver {
             None => self
                 .rejected
                 .take()
-                .map(|error| DriverOutput::Event(LaserEvent::Failed(error))),
+                .map(|error| DriverOutput::Event(LaserEvent::RequestFailed(error))),
         }
     }
 
@@ -102,7 +102,7 @@ impl DeviceDriver for LaserDriver {
 
     fn fault(event: &LaserEvent, port: &PortConfig) -> Option<DeviceError> {
         match event {
-            LaserEvent::Fault(error) => Some(laser_error(error, &port.name)),
+            LaserEvent::ConnectionFailed(error) => Some(laser_error(error, &port.name)),
             LaserEvent::Connected(identity) => port.unit_mismatch(&identity.serial),
             _ => None,
         }
@@ -115,7 +115,7 @@ impl DeviceDriver for LaserDriver {
     fn is_stopped(event: &LaserEvent) -> bool {
         matches!(
             event,
-            LaserEvent::Stopped | LaserEvent::Fault(_) | LaserEvent::Failed(_)
+            LaserEvent::Stopped | LaserEvent::ConnectionFailed(_) | LaserEvent::RequestFailed(_)
         )
     }
 }

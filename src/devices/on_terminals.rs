@@ -31,8 +31,8 @@ fn settings(emulator: &Emulator) -> Settings {
 
 #[test]
 fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
-    // Slow enough that twenty seconds of the devices outlast a stall of a loaded machine.
-    let clock = Clock::scaled(5.0);
+    // A request is given up after 1.5 s of the devices: so slow that this outlasts a stall of a loaded machine.
+    let clock = Clock::scaled(2.0);
     let emulator = emulator(&clock, &EmulatorPorts::default());
     let settings = settings(&emulator);
     let (notes, _heard) = mpsc::channel();

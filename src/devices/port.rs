@@ -1,8 +1,8 @@
 //! The thread of one port: blocking reads, timestamps on arrival, the driver, reopening after an error.
 
 use super::constants::{
-    ABSENT_RETRY_PAUSE, CLOSE_LIMIT, INITIAL_RETRY_PAUSE, MAX_RETRY_PAUSE, READ_BUSY, READ_IDLE,
-    WRITE_LIMIT,
+    ABSENT_REOPEN_PAUSE, CLOSE_LIMIT, COMMAND_WRITE_LIMIT, INITIAL_REOPEN_PAUSE, MAX_REOPEN_PAUSE,
+    READ_BUSY, READ_IDLE,
 };
 use super::device_driver::{DeviceDriver, DriverOutput};
 use super::error::DeviceError;
@@ -43,23 +43,23 @@ impl<D: DeviceDriver> Port<D> {
     /// # Errors
     /// [`DeviceError::NoThread`].
     pub(super) fn spawn(
-        name: PortConfig,
+        config: PortConfig,
         clock: Clock,
         send_event: impl FnMut(PortEvent<D::Event>, Duration) -> bool + Send + 'static,
     ) -> Result<Self, DeviceError>
     where
         D: 'static,
     {
-        let device = name.device;
+        let device = config.device;
         let (commands, inbox) = mpsc::channel();
         let stop = Arc::new(AtomicBool::new(false));
         let runner = PortRunner::<D, _> {
-            port: name,
+            port: config,
             clock,
             commands: inbox,
             stop: Arc::clone(&stop),
             send_event,
-            backoff: INITIAL_RETRY_PAUSE,
+            backoff: INITIAL_REOPEN_PAUSE,
             connected: false,
             baud_found: false,
             last_good: None,
@@ -142,15 +142,15 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
                 Err(error) => error,
             };
             let max_pause = if error.is_absence() {
-                ABSENT_RETRY_PAUSE
+                ABSENT_REOPEN_PAUSE
             } else {
-                MAX_RETRY_PAUSE
+                MAX_REOPEN_PAUSE
             };
             let retry_in = self.backoff.min(max_pause);
             if !self.send(PortEvent::Lost { error, retry_in }) {
                 return;
             }
-            self.backoff = (self.backoff * 2).min(MAX_RETRY_PAUSE);
+            self.backoff = (self.backoff * 2).min(MAX_REOPEN_PAUSE);
             self.pause(retry_in);
         }
     }
@@ -164,9 +164,9 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
         attempts.rotate_left(last_good.unwrap_or(0));
         let probing = attempts.len() > 1 && !self.baud_found;
         let mut reported: Option<DeviceError> = None;
-        let mut settled = HashSet::new();
+        let mut ruled_out_nodes = HashSet::new();
         for attempt in attempts {
-            if settled.contains(&attempt.node) {
+            if ruled_out_nodes.contains(&attempt.node) {
                 continue;
             }
             self.connected = false;
@@ -183,7 +183,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
             }
             // A port that cannot be opened, or another unit, is the same at every line rate.
             if specificity(&error) > 0 {
-                settled.insert(attempt.node);
+                ruled_out_nodes.insert(attempt.node);
             }
             if reported
                 .as_ref()
@@ -274,7 +274,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
         while let Some(output) = driver.poll() {
             match output {
                 DriverOutput::Send(bytes) => {
-                    if let Err(error) = link.write_all(&bytes, WRITE_LIMIT) {
+                    if let Err(error) = link.write_all(&bytes, COMMAND_WRITE_LIMIT) {
                         return Err(ServeEnd::Failed(DeviceError::Port {
                             device: self.port.device,
                             source: error.into(),
@@ -290,7 +290,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
                     self.connected |= D::is_connected(&event);
                     self.baud_found |= self.connected;
                     if D::is_sign_of_life(&event) {
-                        self.backoff = INITIAL_RETRY_PAUSE;
+                        self.backoff = INITIAL_REOPEN_PAUSE;
                     }
                     if !self.send(PortEvent::Device(event)) {
                         self.stop.store(true, Ordering::Relaxed);
@@ -336,14 +336,14 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
 fn flush<D: DeviceDriver>(driver: &mut D, link: &mut dyn Link) {
     while let Some(output) = driver.poll() {
         if let DriverOutput::Send(bytes) = output {
-            let _ = link.write_all(&bytes, WRITE_LIMIT);
+            let _ = link.write_all(&bytes, COMMAND_WRITE_LIMIT);
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{INITIAL_RETRY_PAUSE, PortEvent, PortRunner};
+    use super::{INITIAL_REOPEN_PAUSE, PortEvent, PortRunner};
     use crate::devices::error::{Device, DeviceError, PortError};
     use crate::devices::laser::LaserDriver;
     use crate::devices::lockstep::rig::ROOM;
@@ -365,8 +365,8 @@ mod tests {
         Emulator::start(emulation, &EmulatorPorts::default(), clock.clone()).expect("terminals")
     }
 
-    /// How a round of attempts ends, how many ports were opened, and the serial number found.
-    fn round(
+    /// How these attempts end, how many ports were opened, and the serial number found.
+    fn run_attempts(
         attempts: &[(&str, u32)],
         clock: &Clock,
     ) -> (Option<DeviceError>, usize, Option<String>) {
@@ -393,7 +393,7 @@ mod tests {
             commands: mpsc::channel().1,
             stop: Arc::new(AtomicBool::new(false)),
             send_event,
-            backoff: INITIAL_RETRY_PAUSE,
+            backoff: INITIAL_REOPEN_PAUSE,
             connected: false,
             baud_found: false,
             last_good: None,
@@ -416,20 +416,20 @@ mod tests {
             (other.laser_port(), 115_200),
             (other.laser_port(), 19_200),
         ];
-        let (ended, opened, found) = round(
+        let (ended, opened, found) = run_attempts(
             &[&others[..], &[(right.laser_port(), 9600)]].concat(),
             &clock,
         );
         assert_eq!((ended, opened), (None, 2), "the other once, at one rate");
         assert_eq!(found.as_deref(), Some("H0706400"));
 
-        let (ended, opened, _) = round(&others, &clock);
+        let (ended, opened, _) = run_attempts(&others, &clock);
         assert_eq!(opened, 1);
         let Some(DeviceError::OtherUnit { got, .. }) = ended else {
             panic!("{ended:?}");
         };
         assert_eq!(got, "H0900001");
-        let (ended, ..) = round(&others[..2], &clock);
+        let (ended, ..) = run_attempts(&others[..2], &clock);
         let Some(DeviceError::Port { source, .. }) = ended else {
             panic!("{ended:?}");
         };

@@ -8,7 +8,7 @@ mod watch;
 
 use self::start_pose::StartPose;
 use super::cancel::Cancel;
-use super::constants::{BITS_PER_BYTE, CONNECT_LIMIT, HEALTH_LIMIT, OPEN_LIMIT};
+use super::constants::{BITS_PER_BYTE, CONNECT_LIMIT, DEVICES_READY_LIMIT, HEALTH_LIMIT};
 use super::device_links::{DeviceLinks, PortMessage, PortThreads};
 use super::device_state::{DeviceNote, DeviceState};
 use super::error::{Device, DeviceError};
@@ -151,12 +151,12 @@ impl Station {
 
     /// Until both are connected or one has failed; with `each`, until each is connected or has failed.
     fn wait_for_both(&mut self, each: bool, cancel: &Cancel) -> Result<(), DeviceError> {
-        let until = self.links.now() + OPEN_LIMIT;
+        let until = self.links.now() + DEVICES_READY_LIMIT;
         while self.links.now() < until {
             if cancel.is_cancelled() {
                 return Err(DeviceError::Cancelled);
             }
-            let (laser, head) = self.state.settled();
+            let (laser, head) = self.state.connected_or_failed();
             let failed = self.state.has_failed();
             if (laser && head) || (failed && !each) {
                 return Ok(());

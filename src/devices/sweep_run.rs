@@ -172,7 +172,7 @@ impl SweepRun {
                 SweepPhase::StoppingLaser => self.exchange_time(SweepPhase::TimeAfter, now),
                 _ => {}
             },
-            E::Fault(error) | E::Failed(error) => {
+            E::ConnectionFailed(error) | E::RequestFailed(error) => {
                 self.fail(laser_error(&error, &self.ports.laser), now);
             }
             E::TimeSample {
@@ -217,6 +217,7 @@ impl SweepRun {
             E::LostScans(count) => self.note(Device::Laser, format!("{count} scans lost")),
             E::Connected(_) => self.timer_lost("was reset: it reconnected".to_owned(), now),
             E::Rejected { .. }
+            | E::WrongSumsTolerated { .. }
             | E::Recovered { timer_reset: false }
             | E::VerifiedNormal
             | E::Streaming => {}

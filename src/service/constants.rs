@@ -23,7 +23,7 @@ pub(super) const WATCHDOG_INTERVAL_SHARE: f64 = 0.5;
 
 /// Longest time for connecting and homing, on the devices' clock: 90 s for a head found calibrating and 70 s for a
 /// calibration of its own (ptu-d46 section 7), with the laser's 10 s between.
-pub(super) const OPEN_LIMIT: Duration = Duration::from_secs(180);
+pub(super) const CONNECT_AND_HOME_LIMIT: Duration = Duration::from_secs(180);
 
 /// Longest time before a sweep begins, on the devices' clock: 20 s for a device plugged in again and 70 s for the
 /// calibration that follows.
@@ -38,7 +38,7 @@ pub(super) const STEP_LINE_LIMIT: Duration = Duration::from_secs(3);
 
 /// Longest return to the start after a sweep, on the devices' clock: the whole range of pan and then of tilt, 318 and
 /// 78 deg, at a tenth of the power-up speed (ptu-d46 section 5), and as much again.
-pub(super) const RETURN_LIMIT: Duration = Duration::from_secs(160);
+pub(super) const RETURN_TO_START_LIMIT: Duration = Duration::from_secs(160);
 
 /// Tilting that takes longer than so many times its planned duration counts as stuck.
 pub(super) const MAX_TILT_TIME_RATIO: f64 = 2.0;
@@ -47,7 +47,7 @@ pub(super) const MAX_TILT_TIME_RATIO: f64 = 2.0;
 pub(super) const JUDGE_LIMIT: Duration = Duration::from_secs(120);
 
 /// Longest write: the database waits 5 s for other writers, and a failing disk retries for tens of seconds.
-pub(super) const WRITE_LIMIT: Duration = Duration::from_secs(60);
+pub(super) const STORE_WRITE_LIMIT: Duration = Duration::from_secs(60);
 
 pub(super) const RETENTION_INTERVAL: Duration = Duration::from_secs(3600);
 

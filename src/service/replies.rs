@@ -33,7 +33,7 @@ pub struct VisitReply {
     pub waypoint: String,
     /// quiet, changed or not_observed.
     pub verdict: String,
-    /// One line.
+    /// Why this verdict, for a person to read; one line.
     pub reason: String,
     /// Sequence number of the visit.
     pub visit_id: i64,
@@ -166,9 +166,9 @@ pub struct StatusReply {
     pub store_dir: String,
 }
 
-/// An error.
+/// Reply to a request that was refused or failed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ErrorReply {
-    /// One line.
+    /// What failed, for a person to read; one line.
     pub error: String,
 }

@@ -1,8 +1,8 @@
 //! The thread that owns the scanner. Its calls block; each has a deadline that the watchdog enforces.
 
 use super::constants::{
-    IDLE_CHECK_INTERVAL, MAX_TILT_TIME_RATIO, OPEN_LIMIT, RECOVERY_LIMIT, RETURN_LIMIT,
-    SEGMENT_LIMIT, STEP_LINE_LIMIT,
+    CONNECT_AND_HOME_LIMIT, IDLE_CHECK_INTERVAL, MAX_TILT_TIME_RATIO, RECOVERY_LIMIT,
+    RETURN_TO_START_LIMIT, SEGMENT_LIMIT, STEP_LINE_LIMIT,
 };
 use super::scanner::{ConnectError, DeviceNoteSink, Scanner, ScannerConnector, ScannerError};
 use crate::config::{Settings, SweepMode};
@@ -206,7 +206,7 @@ impl<F: FnMut(ScannerEvent)> ScannerWorker<F> {
 
     /// No event where it was cancelled: another command follows.
     fn open(&mut self, settings: Arc<Settings>, cancel: &Cancel) -> Option<ScannerEvent> {
-        self.start_call(OPEN_LIMIT);
+        self.start_call(CONNECT_AND_HOME_LIMIT);
         let event = match self.resume_or_connect(settings, cancel) {
             Ok(description) => ScannerEvent::Ready(description),
             Err(ConnectError { reason, absent }) if absent => ScannerEvent::Absent(reason),
@@ -264,7 +264,7 @@ impl<F: FnMut(ScannerEvent)> ScannerWorker<F> {
     }
 
     fn return_to_start(&mut self, cancel: &Cancel) -> Option<Duration> {
-        self.start_call(RETURN_LIMIT);
+        self.start_call(RETURN_TO_START_LIMIT);
         let duration = self
             .scanner
             .as_mut()

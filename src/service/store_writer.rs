@@ -1,6 +1,6 @@
 //! The one thread that writes to the store.
 
-use super::constants::WRITE_LIMIT;
+use super::constants::STORE_WRITE_LIMIT;
 use crate::store::Store;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
@@ -90,7 +90,7 @@ impl StoreWriter {
             .job_started
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        started.is_some_and(|at| at.elapsed() > WRITE_LIMIT)
+        started.is_some_and(|at| at.elapsed() > STORE_WRITE_LIMIT)
     }
 
     /// Skips the optional jobs in the queue.

@@ -11,7 +11,7 @@ use serde::Serialize;
 /// A waypoint in the list.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WaypointRow {
-    /// Name.
+    /// Unique in the store.
     pub name: String,
     /// When it was first taught, RFC 3339.
     pub created_at: String,

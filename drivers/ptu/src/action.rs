@@ -11,7 +11,7 @@ use crate::identity::{AxisLimits, HeadIdentity, Health};
 pub enum PtuAction {
     /// Send these bytes now, all of them.
     Send(Vec<u8>),
-    /// Something happened.
+    /// A reply, a notice of the unit or a failure; nothing to send.
     Event(PtuEvent),
 }
 
@@ -34,14 +34,14 @@ pub enum PtuEvent {
     },
     /// The set speed was accepted.
     SpeedSet {
-        /// Axis.
+        /// The axis whose speed was set.
         axis: Axis,
         /// Speed, counts per second.
         steps_per_s: i32,
     },
     /// The target was accepted and the axis starts to move.
     MoveAccepted {
-        /// Axis.
+        /// The axis that starts to move.
         axis: Axis,
         /// Target, counts.
         target_steps: i32,

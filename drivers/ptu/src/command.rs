@@ -12,8 +12,8 @@ pub(crate) enum AxisProperty {
     Resolution,
     MinPosition,
     MaxPosition,
-    SpeedMin,
-    SpeedMax,
+    MinSpeed,
+    MaxSpeed,
     Speed,
     Acceleration,
     BaseSpeed,
@@ -26,8 +26,8 @@ impl AxisProperty {
             Self::Resolution => "R",
             Self::MinPosition => "N",
             Self::MaxPosition => "X",
-            Self::SpeedMin => "L",
-            Self::SpeedMax => "U",
+            Self::MinSpeed => "L",
+            Self::MaxSpeed => "U",
             Self::Speed => "S",
             Self::Acceleration => "A",
             Self::BaseSpeed => "B",
@@ -40,22 +40,22 @@ impl AxisProperty {
 pub(crate) enum PtuCommand {
     EchoOff,
     Terse,
-    Version,
+    QueryVersion,
     Halt,
     IndependentMode,
     ImmediateMode,
     LimitsOn,
-    EchoState,
-    FeedbackState,
-    ControlState,
-    LimitState,
+    QueryEcho,
+    QueryFeedback,
+    QueryControlMode,
+    QueryLimits,
     Query(Axis, AxisProperty),
     SetSpeed(Axis, i32),
     MoveTo(Axis, i32),
     SetHoldPowerLow(Axis),
-    HoldPower(Axis),
-    MovePower(Axis),
-    Supply,
+    QueryHoldPower(Axis),
+    QueryMovePower(Axis),
+    QuerySupply,
     Reset,
 }
 
@@ -83,22 +83,22 @@ impl PtuCommand {
         match self {
             Self::EchoOff => "ED".into(),
             Self::Terse => "FT".into(),
-            Self::Version => "V".into(),
+            Self::QueryVersion => "V".into(),
             Self::Halt => "H".into(),
             Self::IndependentMode => "CI".into(),
             Self::ImmediateMode => "I".into(),
             Self::LimitsOn => "LE".into(),
-            Self::EchoState => "E".into(),
-            Self::FeedbackState => "F".into(),
-            Self::ControlState => "C".into(),
-            Self::LimitState => "L".into(),
+            Self::QueryEcho => "E".into(),
+            Self::QueryFeedback => "F".into(),
+            Self::QueryControlMode => "C".into(),
+            Self::QueryLimits => "L".into(),
             Self::Query(axis, property) => format!("{}{}", axis.letter(), property.letter()),
             Self::SetSpeed(axis, speed) => format!("{}S{speed}", axis.letter()),
             Self::MoveTo(axis, steps) => format!("{}P{steps}", axis.letter()),
             Self::SetHoldPowerLow(axis) => format!("{}HL", axis.letter()),
-            Self::HoldPower(axis) => format!("{}H", axis.letter()),
-            Self::MovePower(axis) => format!("{}M", axis.letter()),
-            Self::Supply => "O".into(),
+            Self::QueryHoldPower(axis) => format!("{}H", axis.letter()),
+            Self::QueryMovePower(axis) => format!("{}M", axis.letter()),
+            Self::QuerySupply => "O".into(),
             Self::Reset => "R".into(),
         }
     }
@@ -121,23 +121,24 @@ impl PtuCommand {
         match self {
             Self::Query(_, AxisProperty::Resolution) => ExpectedReply::Decimal,
             Self::Query(..) => ExpectedReply::Integer,
-            Self::Version | Self::Supply | Self::HoldPower(_) | Self::MovePower(_) => {
-                ExpectedReply::Text
-            }
+            Self::QueryVersion
+            | Self::QuerySupply
+            | Self::QueryHoldPower(_)
+            | Self::QueryMovePower(_) => ExpectedReply::Text,
             Self::IndependentMode => ExpectedReply::AckOrText,
-            Self::EchoState => ExpectedReply::Keyword {
+            Self::QueryEcho => ExpectedReply::Keyword {
                 wanted: "off",
                 other: "on",
             },
-            Self::FeedbackState => ExpectedReply::Keyword {
+            Self::QueryFeedback => ExpectedReply::Keyword {
                 wanted: "terse",
                 other: "verbose",
             },
-            Self::ControlState => ExpectedReply::Keyword {
+            Self::QueryControlMode => ExpectedReply::Keyword {
                 wanted: "independent",
                 other: "pure",
             },
-            Self::LimitState => ExpectedReply::Keyword {
+            Self::QueryLimits => ExpectedReply::Keyword {
                 wanted: "enabled",
                 other: "disabled",
             },
@@ -163,6 +164,6 @@ mod tests {
             b"PX "
         );
         assert_eq!(PtuCommand::SetHoldPowerLow(Axis::Tilt).to_bytes(), b"THL ");
-        assert_eq!(PtuCommand::MovePower(Axis::Pan).to_bytes(), b"PM ");
+        assert_eq!(PtuCommand::QueryMovePower(Axis::Pan).to_bytes(), b"PM ");
     }
 }

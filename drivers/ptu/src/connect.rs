@@ -27,18 +27,18 @@ const SETUP_COMMANDS: [PtuCommand; 8] = [
     PtuCommand::IndependentMode,
     PtuCommand::ImmediateMode,
     PtuCommand::LimitsOn,
-    PtuCommand::EchoState,
-    PtuCommand::FeedbackState,
-    PtuCommand::ControlState,
-    PtuCommand::LimitState,
+    PtuCommand::QueryEcho,
+    PtuCommand::QueryFeedback,
+    PtuCommand::QueryControlMode,
+    PtuCommand::QueryLimits,
 ];
 
 const IDENTITY_PROPERTIES: [AxisProperty; 8] = [
     AxisProperty::Resolution,
     AxisProperty::MinPosition,
     AxisProperty::MaxPosition,
-    AxisProperty::SpeedMin,
-    AxisProperty::SpeedMax,
+    AxisProperty::MinSpeed,
+    AxisProperty::MaxSpeed,
     AxisProperty::Speed,
     AxisProperty::Acceleration,
     AxisProperty::BaseSpeed,
@@ -49,9 +49,9 @@ fn setup_script() -> VecDeque<PtuCommand> {
     SETUP_COMMANDS
         .into_iter()
         .chain(IDENTITY_PROPERTIES.into_iter().flat_map(both))
-        .chain(Axis::BOTH.map(PtuCommand::HoldPower))
-        .chain(Axis::BOTH.map(PtuCommand::MovePower))
-        .chain([PtuCommand::Supply])
+        .chain(Axis::BOTH.map(PtuCommand::QueryHoldPower))
+        .chain(Axis::BOTH.map(PtuCommand::QueryMovePower))
+        .chain([PtuCommand::QuerySupply])
         .collect()
 }
 
@@ -160,12 +160,12 @@ impl PtuDriver {
         match self.in_flight.map(|f| f.command) {
             Some(PtuCommand::EchoOff) => self.send(PtuCommand::Terse, 1, PREAMBLE_TIMEOUT, now),
             Some(PtuCommand::Terse) => self.send(
-                PtuCommand::Version,
+                PtuCommand::QueryVersion,
                 1,
-                PtuCommand::Version.reply_timeout(),
+                PtuCommand::QueryVersion.reply_timeout(),
                 now,
             ),
-            Some(PtuCommand::Version) if is_version(text) => {
+            Some(PtuCommand::QueryVersion) if is_version(text) => {
                 self.draft.version = text.to_owned();
                 self.calibration_end = None;
                 self.in_flight = None;

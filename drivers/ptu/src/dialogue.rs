@@ -159,10 +159,10 @@ impl PtuDriver {
                     });
                 }
             }
-            (PtuCommand::HoldPower(axis), ReplyContent::Text(text)) => {
+            (PtuCommand::QueryHoldPower(axis), ReplyContent::Text(text)) => {
                 self.draft.axis_mut(axis).hold_power = HoldPower::from_text(text);
             }
-            (PtuCommand::MovePower(axis), ReplyContent::Text(text)) => {
+            (PtuCommand::QueryMovePower(axis), ReplyContent::Text(text)) => {
                 self.draft.axis_mut(axis).move_power = MovePower::from_text(text);
             }
             (
@@ -171,7 +171,7 @@ impl PtuDriver {
             ) => {
                 store_property(self.draft.axis_mut(axis), property, *value);
             }
-            (PtuCommand::Supply, ReplyContent::Text(text)) => {
+            (PtuCommand::QuerySupply, ReplyContent::Text(text)) => {
                 let health = Health::from_text(text);
                 if self.script.is_some() {
                     self.draft.health = health;
@@ -179,7 +179,7 @@ impl PtuDriver {
                     self.emit(PtuEvent::Health(health));
                 } else {
                     self.emit(PtuEvent::Refused {
-                        command: PtuCommand::Supply.to_text(),
+                        command: PtuCommand::QuerySupply.to_text(),
                         text: (*text).to_owned(),
                     });
                 }
@@ -245,8 +245,12 @@ impl PtuDriver {
         let text = text.to_owned();
         match (command, &self.script) {
             // Not every unit reports its supply or its powers.
-            (PtuCommand::Supply | PtuCommand::HoldPower(_) | PtuCommand::MovePower(_), Some(_)) => {
-            }
+            (
+                PtuCommand::QuerySupply
+                | PtuCommand::QueryHoldPower(_)
+                | PtuCommand::QueryMovePower(_),
+                Some(_),
+            ) => {}
             (_, Some(_)) => {
                 return self.go_offline(HeadError::SetupRefused {
                     command: command.to_text(),
@@ -378,8 +382,8 @@ fn store_property(draft: &mut AxisDraft, property: AxisProperty, value: f64) {
         AxisProperty::Resolution => draft.step = StepSize::from_print(value),
         AxisProperty::MinPosition => draft.min_steps = whole,
         AxisProperty::MaxPosition => draft.max_steps = whole,
-        AxisProperty::SpeedMin => draft.speed_min = whole,
-        AxisProperty::SpeedMax => draft.speed_max = whole,
+        AxisProperty::MinSpeed => draft.speed_min = whole,
+        AxisProperty::MaxSpeed => draft.speed_max = whole,
         AxisProperty::Speed => draft.speed = whole,
         AxisProperty::Acceleration => draft.acceleration = whole,
         AxisProperty::BaseSpeed => draft.base_speed = whole,

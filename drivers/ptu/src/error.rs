@@ -15,7 +15,7 @@ pub enum HeadError {
     /// A calibration was under way while connecting and did not end.
     #[error("the unit is calibrating and did not finish within {waited_s} s")]
     CalibrationTimedOut {
-        /// Seconds waited.
+        /// Time limit while connecting, seconds.
         waited_s: u64,
     },
     /// A setting that this driver needs was not accepted.
@@ -25,21 +25,21 @@ pub enum HeadError {
         command: String,
         /// The keyword that was expected in the reply.
         expected: String,
-        /// The reply.
+        /// The text that came instead.
         got: String,
     },
     /// The unit refused a command that connecting needs, or answered it with an impossible value.
     #[error("connecting needs `{command}`, but the unit answered {text:?}")]
     SetupRefused {
-        /// The command.
+        /// The command as sent, without its delimiter.
         command: String,
-        /// The unit's text.
+        /// The unit's answer, as printed.
         text: String,
     },
     /// A command was sent several times without a valid reply.
     #[error("no valid reply to `{command}` after {tries} tries; last line received: {heard:?}")]
     NoReply {
-        /// The command.
+        /// The command as sent, without its delimiter.
         command: String,
         /// Times it was sent.
         tries: u32,
@@ -55,7 +55,7 @@ pub enum HeadError {
     /// The calibration did not end in time.
     #[error("the reset did not finish within {waited_s} s")]
     ResetTimedOut {
-        /// Seconds waited.
+        /// Time limit of a calibration, seconds.
         waited_s: u64,
     },
 }

@@ -24,7 +24,7 @@ impl AxisLimits {
 /// One axis as read when connecting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisIdentity {
-    /// Range.
+    /// Reachable positions, counts.
     pub limits: AxisLimits,
     /// Angle of one count.
     pub step: StepSize,
@@ -61,9 +61,9 @@ impl AxisIdentity {
 pub struct HeadIdentity {
     /// Firmware text, as printed.
     pub version: String,
-    /// Pan axis.
+    /// Limits, step size, speeds and powers of the pan axis.
     pub pan: AxisIdentity,
-    /// Tilt axis.
+    /// Limits, step size, speeds and powers of the tilt axis.
     pub tilt: AxisIdentity,
     /// Supply voltage and temperatures, if the unit reports them.
     pub health: Option<Health>,

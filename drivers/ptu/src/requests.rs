@@ -57,7 +57,7 @@ impl PtuDriver {
     /// # Errors
     /// [`RequestError`].
     pub fn query_health(&mut self, now: Duration) -> Result<(), RequestError> {
-        self.request(&[PtuCommand::Supply], now)
+        self.request(&[PtuCommand::QuerySupply], now)
     }
 
     /// Sets the hold power of both axes low, for parking and shutdown (ptu-d46 section 10).

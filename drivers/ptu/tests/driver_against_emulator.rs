@@ -39,7 +39,11 @@ impl DriverAndHead {
     }
 
     /// Lets time pass until a wanted event or the time limit.
-    fn until(&mut self, limit: Duration, wanted: impl Fn(&PtuEvent) -> bool) -> Option<PtuEvent> {
+    fn run_until(
+        &mut self,
+        limit: Duration,
+        wanted: impl Fn(&PtuEvent) -> bool,
+    ) -> Option<PtuEvent> {
         let end = self.now + limit;
         loop {
             self.head.advance(self.now);
@@ -66,15 +70,15 @@ impl DriverAndHead {
         }
     }
 
-    fn connect(&mut self) -> PtuEvent {
+    fn try_connect(&mut self) -> PtuEvent {
         self.driver.connect(self.now);
         let over = |event: &PtuEvent| matches!(event, PtuEvent::Connected(_) | PtuEvent::Fault(_));
-        self.until(Duration::from_secs(200), over)
+        self.run_until(Duration::from_secs(200), over)
             .expect("an end, in bounded time")
     }
 
-    fn connected(&mut self) {
-        let event = self.connect();
+    fn connect(&mut self) {
+        let event = self.try_connect();
         assert!(matches!(event, PtuEvent::Connected(_)), "{event:?}");
     }
 
@@ -82,7 +86,7 @@ impl DriverAndHead {
         self.driver.reset(self.now).expect("connected");
         let over =
             |event: &PtuEvent| matches!(event, PtuEvent::HomeDone { .. } | PtuEvent::Fault(_));
-        let home = self.until(Duration::from_secs(70), over);
+        let home = self.run_until(Duration::from_secs(70), over);
         assert!(matches!(home, Some(PtuEvent::HomeDone { .. })), "{home:?}");
     }
 
@@ -92,13 +96,13 @@ impl DriverAndHead {
             .move_to(axis, target, self.now)
             .expect("connected");
         let accepted = |event: &PtuEvent| matches!(event, PtuEvent::MoveAccepted { .. });
-        self.until(Duration::from_secs(2), accepted)
+        self.run_until(Duration::from_secs(2), accepted)
             .expect("accepted");
-        self.until(Duration::from_secs(15), |_| false);
+        self.run_until(Duration::from_secs(15), |_| false);
         self.driver
             .poll_position(axis, self.now)
             .expect("connected");
-        let position = self.until(Duration::from_secs(2), |event| {
+        let position = self.run_until(Duration::from_secs(2), |event| {
             matches!(event, PtuEvent::Position { .. })
         });
         match position {
@@ -130,7 +134,7 @@ fn it_connects_from_every_start_state() {
         &["base-speed=57", "acceleration=400"],
     ] {
         let mut pair = DriverAndHead::with(options);
-        pair.connected();
+        pair.connect();
         pair.homed();
         assert_eq!(pair.move_and_poll(Axis::Pan, 250), 250, "{options:?}");
         assert_eq!(pair.head.true_position_at(pair.now).0, 250.0, "{options:?}");
@@ -142,27 +146,27 @@ fn it_connects_from_every_start_state() {
 fn another_rate_and_another_network_id_are_reported_as_silence() {
     let mut pair = DriverAndHead::with(&["unit-id=5"]);
     assert!(matches!(
-        pair.connect(),
+        pair.try_connect(),
         PtuEvent::Fault(HeadError::Silent { .. })
     ));
     let mut pair = DriverAndHead::with(&["baud=38400"]);
     pair.head.set_host_baud(Some(9600));
-    let event = pair.connect();
+    let event = pair.try_connect();
     assert!(matches!(event, PtuEvent::Fault(_)), "{event:?}");
     pair.head.set_host_baud(Some(38_400));
-    pair.connected();
+    pair.connect();
 }
 
 #[test]
 fn powers_set_by_another_program_are_read() {
     let mut pair = DriverAndHead::with(&[]);
-    let PtuEvent::Connected(identity) = pair.connect() else {
+    let PtuEvent::Connected(identity) = pair.try_connect() else {
         panic!("not connected");
     };
     assert_eq!(identity.pan.hold_power, Some(HoldPower::Regular));
     assert_eq!(identity.tilt.move_power, Some(MovePower::Regular));
     pair.head.handle_bytes(b"PHO TML ", pair.now);
-    let PtuEvent::Connected(identity) = pair.connect() else {
+    let PtuEvent::Connected(identity) = pair.try_connect() else {
         panic!("not connected");
     };
     assert_eq!(identity.pan.hold_power, Some(HoldPower::Off));
@@ -173,13 +177,13 @@ fn powers_set_by_another_program_are_read() {
 fn an_event_within_a_reply_is_seen_and_the_reply_is_not_lost() {
     for within in 0..9 {
         let mut pair = DriverAndHead::with(&[]);
-        pair.connected();
+        pair.connect();
         pair.homed();
         pair.inject(&format!("event:which=T,within={within}"));
         pair.driver
             .poll_position(Axis::Pan, pair.now)
             .expect("connected");
-        let first = pair.until(Duration::from_secs(3), |event| {
+        let first = pair.run_until(Duration::from_secs(3), |event| {
             matches!(event, PtuEvent::LimitHit(_) | PtuEvent::Position { .. })
         });
         let hit = match first {
@@ -188,7 +192,7 @@ fn an_event_within_a_reply_is_seen_and_the_reply_is_not_lost() {
                 pair.driver
                     .poll_position(Axis::Pan, pair.now)
                     .expect("connected");
-                let hit = pair.until(Duration::from_secs(3), |event| {
+                let hit = pair.run_until(Duration::from_secs(3), |event| {
                     matches!(event, PtuEvent::LimitHit(_))
                 });
                 hit.map(|_| Axis::Tilt)
@@ -207,7 +211,7 @@ fn no_fault_is_a_dead_end() {
         for at_s in [0.0, 6.0] {
             let mut pair = DriverAndHead::with(&[]);
             pair.inject(&format!("{kind}:at={at_s},for=3"));
-            let first = pair.connect();
+            let first = pair.try_connect();
             if matches!(first, PtuEvent::Connected(_)) {
                 pair.driver
                     .move_to(Axis::Tilt, 300, pair.now)
@@ -216,12 +220,12 @@ fn no_fault_is_a_dead_end() {
                     if pair.driver.poll_position(Axis::Tilt, pair.now).is_err() {
                         break;
                     }
-                    pair.until(Duration::from_millis(200), |_| false);
+                    pair.run_until(Duration::from_millis(200), |_| false);
                 }
             }
             pair.head.power_cycle(pair.now);
             pair.now += Duration::from_secs(40);
-            pair.connected();
+            pair.connect();
             pair.homed();
             assert_eq!(pair.move_and_poll(Axis::Tilt, 100), 100, "{kind} {at_s}");
             assert_eq!(

@@ -4,23 +4,23 @@ use thiserror::Error;
 
 use crate::status::{ScipCommand, StatusMeaning};
 
-/// Bytes from the device; unprintable ones are shown escaped.
+/// Bytes from the device; printing escapes those that are not printable ASCII.
 #[derive(Clone, PartialEq, Eq)]
-pub struct Shown(Vec<u8>);
+pub struct EscapedBytes(Vec<u8>);
 
-impl From<&[u8]> for Shown {
+impl From<&[u8]> for EscapedBytes {
     fn from(bytes: &[u8]) -> Self {
         Self(bytes.to_vec())
     }
 }
 
-impl std::fmt::Display for Shown {
+impl std::fmt::Display for EscapedBytes {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "\"{}\"", self.0.escape_ascii())
     }
 }
 
-impl std::fmt::Debug for Shown {
+impl std::fmt::Debug for EscapedBytes {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         std::fmt::Display::fmt(self, f)
     }
@@ -32,12 +32,19 @@ impl std::fmt::Debug for Shown {
 pub enum ReplyError {
     /// The reply belongs to another request.
     #[error("reply to {expected} expected, got one to {got}")]
-    Echo { expected: Shown, got: Shown },
+    Echo {
+        expected: EscapedBytes,
+        got: EscapedBytes,
+    },
     #[error("no status after the echo {echo}")]
-    NoStatus { echo: Shown },
+    NoStatus { echo: EscapedBytes },
     /// Damage on the line.
     #[error("sum '{}' expected, got '{}' in line {line}", char::from(*.expected), .got.escape_ascii())]
-    Sum { line: Shown, expected: u8, got: u8 },
+    Sum {
+        line: EscapedBytes,
+        expected: u8,
+        got: u8,
+    },
     /// A byte that no encoded number has.
     #[error("character in '0'..='o' expected, got '{}'", .got.escape_ascii())]
     Character { got: u8 },
@@ -62,7 +69,7 @@ pub enum ReplyError {
     Value {
         key: &'static str,
         expected: &'static str,
-        got: Shown,
+        got: EscapedBytes,
     },
     /// The device answered with an error status.
     #[error("{command} refused: {meaning}")]

@@ -42,7 +42,7 @@ pub use driver::{
     LaserAction, LaserEvent, LaserIdentity, RecoveryCause, RecoveryStep, Rejection, ScipDriver,
     ScipError, ScipOptions, StreamPlan,
 };
-pub use error::{ReplyError, Shown};
+pub use error::{EscapedBytes, ReplyError};
 pub use frame::{Framer, ScipMessage};
 pub use scan::{LaserScan, ValueCoding};
 pub use stamp::{STAMP_MODULUS_MS, stamp_advance_ms};

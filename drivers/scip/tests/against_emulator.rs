@@ -25,9 +25,9 @@ fn every_model_in_every_state_connects_and_streams() {
             };
             options.set_profile(LaserProfile::by_name(name).expect("of the list"));
             let mut pair = DriverAndEmulator::new(options);
-            pair.connected();
+            pair.connect();
             pair.driver.exchange_time(5, pair.now).expect("idle");
-            let exchanged = pair.until(Duration::from_secs(3), |event| {
+            let exchanged = pair.run_until(Duration::from_secs(3), |event| {
                 matches!(event, LaserEvent::TimeExchanged { .. })
             });
             assert_eq!(
@@ -36,7 +36,7 @@ fn every_model_in_every_state_connects_and_streams() {
                 "{name}"
             );
             pair.stream(ValueCoding::ThreeCharacter);
-            let started = pair.until(Duration::from_secs(1), |e| {
+            let started = pair.run_until(Duration::from_secs(1), |e| {
                 matches!(e, LaserEvent::Scan { .. })
             });
             assert!(started.is_some(), "{name} {start_state:?}");
@@ -44,7 +44,8 @@ fn every_model_in_every_state_connects_and_streams() {
             let scans = pair.scans(100 * period) as i32;
             assert!((scans - 100).abs() <= 1, "{name} {start_state:?}: {scans}");
             pair.driver.stop(pair.now);
-            let stopped = pair.until(Duration::from_secs(1), |e| matches!(e, LaserEvent::Stopped));
+            let stopped =
+                pair.run_until(Duration::from_secs(1), |e| matches!(e, LaserEvent::Stopped));
             assert!(
                 stopped.is_some() && !pair.laser.laser_on(),
                 "{name} {start_state:?}"
@@ -65,13 +66,13 @@ fn sums_by_every_rule_and_versions_of_old_units_are_accepted() {
                 keyed_sum,
                 ..LaserProfile::by_name(name).expect("of the list")
             })
-            .connected();
+            .connect();
         }
     }
     for fault in ["odd-version", "odd-version:count=1", "torn-version:count=2"] {
         let mut pair = DriverAndEmulator::with_profile(LaserProfile::urg_04lx());
         pair.inject(fault);
-        pair.connected();
+        pair.connect();
     }
 }
 
@@ -86,7 +87,7 @@ fn intensity_is_requested_only_of_models_that_have_it() {
         let mut pair = DriverAndEmulator::with_profile(profile);
         // If it were requested all the same, this one would stop responding.
         pair.inject("deafened");
-        pair.connected();
+        pair.connect();
         let plan = pair.plan(ValueCoding::WithIntensity);
         let taken = pair.driver.start_streaming(plan, pair.now);
         if !has_intensity {
@@ -102,7 +103,7 @@ fn intensity_is_requested_only_of_models_that_have_it() {
             continue;
         }
         taken.expect("known to have it");
-        let scan = pair.until(Duration::from_secs(1), |event| {
+        let scan = pair.run_until(Duration::from_secs(1), |event| {
             matches!(event, LaserEvent::Scan { .. })
         });
         let Some(LaserEvent::Scan { scan, .. }) = scan else {
@@ -118,7 +119,7 @@ fn intensity_is_requested_only_of_models_that_have_it() {
 fn counted_streams_end_by_themselves_with_clusters_and_skipped_turns() {
     for (cluster, interval, count) in [(1, 0, 1), (3, 2, 5), (99, 9, 2), (2, 0, 99)] {
         let mut pair = DriverAndEmulator::with_profile(LaserProfile::urg_04lx());
-        pair.connected();
+        pair.connect();
         let plan = StreamPlan {
             cluster,
             interval,
@@ -128,7 +129,7 @@ fn counted_streams_end_by_themselves_with_clusters_and_skipped_turns() {
         pair.driver.start_streaming(plan, pair.now).expect("idle");
         let mut left = Vec::new();
         while let Some(LaserEvent::Scan { scan, .. }) = pair
-            .until(Duration::from_secs(5), |event| {
+            .run_until(Duration::from_secs(5), |event| {
                 matches!(event, LaserEvent::Scan { .. } | LaserEvent::Stopped)
             })
         {
@@ -145,9 +146,9 @@ fn counted_streams_end_by_themselves_with_clusters_and_skipped_turns() {
 #[test]
 fn the_timer_wraps_under_a_stream() {
     let mut pair = DriverAndEmulator::with_profile(LaserProfile::urg_04lx());
-    pair.connected();
+    pair.connect();
     pair.inject("timer-set");
-    pair.until(10 * MS, |_| false);
+    pair.run_until(10 * MS, |_| false);
     pair.stream(ValueCoding::ThreeCharacter);
     assert!(pair.scans(Duration::from_secs(10)) >= 97);
     assert!(pair.laser.timer_ms(pair.now) < 10_000);

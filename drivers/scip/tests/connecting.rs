@@ -4,8 +4,7 @@ mod common;
 
 use common::{II, PP, ScriptedLaser, VV, scan_message, summed};
 use scip::{
-    LaserEvent, LaserParameters, Rejection, ScipCommand, ScipDriver, ScipError, ScipOptions,
-    StatusMeaning,
+    LaserEvent, LaserParameters, ScipCommand, ScipDriver, ScipError, ScipOptions, StatusMeaning,
 };
 use std::time::Duration;
 
@@ -84,7 +83,10 @@ fn a_stream_that_never_ends_is_a_fault_in_time() {
         );
     };
     assert!(
-        matches!(fault, LaserEvent::Fault(ScipError::NoReply { .. })),
+        matches!(
+            fault,
+            LaserEvent::ConnectionFailed(ScipError::NoReply { .. })
+        ),
         "{fault:?}"
     );
 }
@@ -108,7 +110,7 @@ fn a_sensor_that_stays_in_the_wrong_mode_is_a_fault() {
     script.exchange("QT\n", "QT\n0Ee\n\n");
     assert_eq!(
         script.take_events(),
-        [LaserEvent::Fault(ScipError::WrongMode {
+        [LaserEvent::ConnectionFailed(ScipError::WrongMode {
             last: StatusMeaning::Undefined
         })]
     );
@@ -154,7 +156,7 @@ fn silence_everywhere_is_a_fault_after_scip_2_was_tried_too() {
         attempts: 3,
         timeout,
     };
-    assert_eq!(script.take_events(), [LaserEvent::Fault(fault)]);
+    assert_eq!(script.take_events(), [LaserEvent::ConnectionFailed(fault)]);
     assert_eq!(script.driver.deadline(), None);
     // And connecting once more begins from the start.
     script.driver.connect(script.now);
@@ -179,7 +181,7 @@ fn the_whole_has_a_deadline() {
         limit,
         command: ScipCommand::Quit,
     };
-    assert_eq!(script.take_events(), [LaserEvent::Fault(fault)]);
+    assert_eq!(script.take_events(), [LaserEvent::ConnectionFailed(fault)]);
 }
 
 #[test]
@@ -202,10 +204,7 @@ fn a_unit_that_always_sends_one_wrong_sum_in_vv_is_accepted_with_a_note() {
     script.exchange("II\n", II);
     let events = script.take_events();
     let [
-        LaserEvent::Rejected {
-            reason: Rejection::ToleratedSums { lines: 1 },
-            ..
-        },
+        LaserEvent::WrongSumsTolerated { lines: 1 },
         LaserEvent::Connected(identity),
     ] = events.as_slice()
     else {
@@ -226,7 +225,7 @@ fn a_sensor_in_trouble_is_a_fault_with_its_stat() {
     let status = "Trouble!! Error No. =[05]".to_owned();
     assert_eq!(
         script.take_events(),
-        [LaserEvent::Fault(ScipError::Trouble { status })]
+        [LaserEvent::ConnectionFailed(ScipError::Trouble { status })]
     );
 }
 

@@ -16,29 +16,32 @@ fn simulated_failures_are_reported() {
         (b"DB05\n", false),
     ] {
         let mut pair = DriverAndEmulator::with_profile(LaserProfile::urg_04lx_ug01());
-        pair.connected();
+        pair.connect();
         // As if another program had sent it.
         pair.laser.handle_bytes(request, pair.now);
-        pair.until(Duration::from_secs(1), |_| false);
+        pair.run_until(Duration::from_secs(1), |_| false);
         pair.stream(ValueCoding::ThreeCharacter);
         if request != b"DB05\n" {
-            let event = pair.until(Duration::from_secs(2), |e| {
+            let event = pair.run_until(Duration::from_secs(2), |e| {
                 matches!(e, LaserEvent::Verifying { .. })
             });
             assert_eq!(event, Some(LaserEvent::Verifying { status: 21 }));
         }
-        let event = pair.until(Duration::from_secs(3), |event| {
-            matches!(event, LaserEvent::VerifiedNormal | LaserEvent::Fault(_))
+        let event = pair.run_until(Duration::from_secs(3), |event| {
+            matches!(
+                event,
+                LaserEvent::VerifiedNormal | LaserEvent::ConnectionFailed(_)
+            )
         });
         if recovers {
             assert_eq!(event, Some(LaserEvent::VerifiedNormal));
             // The first scan after the pause comes with the number of lost ones.
-            pair.until(Duration::from_secs(1), |event| {
+            pair.run_until(Duration::from_secs(1), |event| {
                 matches!(event, LaserEvent::Scan { .. })
             });
             assert!(pair.scans(Duration::from_secs(1)) >= 8);
         } else {
-            let hardware = LaserEvent::Fault(ScipError::Hardware { status: 50 });
+            let hardware = LaserEvent::ConnectionFailed(ScipError::Hardware { status: 50 });
             assert_eq!(event, Some(hardware));
         }
     }
@@ -55,17 +58,17 @@ fn no_fault_is_a_dead_end() {
                 let urg = profile.generation == LaserGeneration::Urg;
                 let mut pair = DriverAndEmulator::with_profile(profile);
                 pair.inject(&format!("{kind}:at={at_s},for=1"));
-                let first = pair.connect();
+                let first = pair.try_connect();
                 if matches!(first, LaserEvent::Connected(_)) {
                     pair.stream(ValueCoding::ThreeCharacter);
                     pair.inject(&format!("{kind}:at=0.5,for=1"));
-                    pair.until(Duration::from_secs(12), |event| {
-                        matches!(event, LaserEvent::Fault(_))
+                    pair.run_until(Duration::from_secs(12), |event| {
+                        matches!(event, LaserEvent::ConnectionFailed(_))
                     });
                 }
                 pair.laser.power_cycle(pair.now);
                 pair.now += Duration::from_secs(2);
-                pair.connected();
+                pair.connect();
                 pair.stream(ValueCoding::ThreeCharacter);
                 let scans = pair.scans(Duration::from_secs(2));
                 let least = if urg { 17 } else { 70 };

@@ -21,8 +21,8 @@ const PLAN: StreamPlan = StreamPlan {
 /// Options under which the dialogue does not give up however bad the line.
 fn patient() -> ScipOptions {
     ScipOptions {
-        damaged_in_a_row: u8::MAX,
-        jumps_in_a_row: u8::MAX,
+        max_damaged_in_a_row: u8::MAX,
+        max_jumps_in_a_row: u8::MAX,
         stale_repeats: u8::MAX,
         ..Default::default()
     }

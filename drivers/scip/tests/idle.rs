@@ -92,7 +92,7 @@ fn a_refused_time_adjust_fails_and_leaves_the_sensor_idle() {
     assert!(
         matches!(
             events.last(),
-            Some(LaserEvent::Failed(ScipError::BadReply { .. }))
+            Some(LaserEvent::RequestFailed(ScipError::BadReply { .. }))
         ),
         "{events:?}"
     );

@@ -106,7 +106,9 @@ fn statuses_in_mid_stream_are_events() {
     script.expect_sent(&["QT\n"]);
     assert_eq!(
         script.events,
-        [LaserEvent::Fault(ScipError::Hardware { status: 50 })]
+        [LaserEvent::ConnectionFailed(ScipError::Hardware {
+            status: 50
+        })]
     );
 }
 
@@ -163,7 +165,7 @@ fn a_refused_plan_leaves_the_sensor_idle() {
     assert!(
         matches!(
             events.last(),
-            Some(LaserEvent::Failed(ScipError::BadReply { .. }))
+            Some(LaserEvent::RequestFailed(ScipError::BadReply { .. }))
         ),
         "{events:?}"
     );

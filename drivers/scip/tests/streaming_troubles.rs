@@ -19,7 +19,7 @@ fn the_same_stamp_again_and_again_is_a_fault() {
     assert_eq!(stamps, [100]);
     assert_eq!(
         others.last(),
-        Some(&LaserEvent::Fault(ScipError::StaleStamp {
+        Some(&LaserEvent::ConnectionFailed(ScipError::StaleStamp {
             stamp_ms: 100,
             repeats: 3
         }))
@@ -45,7 +45,10 @@ fn one_odd_stamp_is_rejected_three_are_a_fault() {
     script.expect_sent(&["QT\n"]);
     assert!(matches!(
         script.events.last(),
-        Some(LaserEvent::Fault(ScipError::ErraticStamps { jumps: 3, .. }))
+        Some(LaserEvent::ConnectionFailed(ScipError::ErraticStamps {
+            jumps: 3,
+            ..
+        }))
     ));
 }
 
@@ -82,7 +85,7 @@ fn silence_is_answered_by_qt_then_rs_then_a_fault() {
                 step: RecoveryStep::Reset
             },
             LaserEvent::Recovered { timer_reset: true },
-            LaserEvent::Fault(ScipError::StreamLost { cause }),
+            LaserEvent::ConnectionFailed(ScipError::StreamLost { cause }),
         ]
     );
 }
@@ -104,9 +107,10 @@ fn a_run_of_good_scans_makes_the_next_silence_the_first_again() {
     let (stamps, others) = sort(script.take_events());
     assert_eq!(stamps.len(), 50);
     assert!(
-        !others
-            .iter()
-            .any(|event| matches!(event, LaserEvent::Fault(_) | LaserEvent::Rejected { .. })),
+        !others.iter().any(|event| matches!(
+            event,
+            LaserEvent::ConnectionFailed(_) | LaserEvent::Rejected { .. }
+        )),
         "{others:?}"
     );
     assert_eq!(
@@ -175,7 +179,7 @@ fn a_relapse_into_scip_1_1_is_reported() {
     script.exchange("QT\n", "QT\nE\n\n");
     assert_eq!(
         script.take_events().last(),
-        Some(&LaserEvent::Fault(ScipError::Relapsed))
+        Some(&LaserEvent::ConnectionFailed(ScipError::FellBackToScip11))
     );
 }
 

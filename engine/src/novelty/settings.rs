@@ -7,8 +7,8 @@ use crate::geometry::{NoiseLaw, RegistrationSettings};
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoveltySettings {
     /// d_GMM from which a place has changed, metres (U_th of paper Eq. 7). Quiet pairs are at zero (66 of 66 simulated ones,
-    /// `cargo test --test gates`); the smallest object that passes the gates of [`SegmentSettings`], some 1e-3 sr in a
-    /// view of 5 sr, moves 2e-4 of the mass by metres (`docs/novelty.md section 8`).
+    /// `cargo test --test gates`); an object at the gate of a segment three rows wide ([`SegmentSettings`]),
+    /// 1e-3 sr in a view of 5 sr, moves 2e-4 of the mass by metres (`docs/novelty.md section 8`).
     pub u_th_m: f64,
     /// The same for [`GroundDistance::Fm`], which has no unit.
     pub u_th_fm: f64,

@@ -57,10 +57,10 @@ pub(super) fn ransac_shape(
         .into_iter()
         .filter(|&class| class != primitive.class())
         .map(|class| {
-            let of_class = |fit: &&ClassFit| fit.detected.primitive.class() == class;
+            let same_class = |fit: &&ClassFit| fit.detected.primitive.class() == class;
             Alternative {
                 class,
-                probability: fits.iter().find(of_class).map_or(0.0, odds) / total,
+                probability: fits.iter().find(same_class).map_or(0.0, odds) / total,
             }
         })
         .collect();
@@ -188,7 +188,7 @@ fn to_shape<'a>(
         alternatives: Vec::new(),
         centre: primitive.centre(),
         centre_sd_m: [centre_sd; 3],
-        rotation: primitive.rotation(sensor),
+        rotation: primitive.canonical_rotation(sensor),
         size_m,
         size_sd_m,
         exponents: primitive.exponents(),

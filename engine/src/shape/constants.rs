@@ -99,7 +99,7 @@ pub(super) const MAX_OUTLIER_SHARE: f64 = 0.2;
 pub(super) const MIN_INLIER_SHARE: f64 = 0.8;
 /// Share of points next to a surface that belong to something else (segmentation leaves some). Where more than it and
 /// `FACE_NOISE_POINTS` lie beyond `OUTLIER_SIGMAS`, they are of a face that the class does not have.
-pub(super) const FOREIGN_SHARE: f64 = 0.02;
+pub(super) const OUTLIER_FRACTION: f64 = 0.02;
 /// Points that noise brings over an edge onto a face that no beam meets, or beyond `OUTLIER_SIGMAS` of a surface of at
 /// most `MAX_FITTED_POINTS` points (a normal distribution: 0.4).
 pub(super) const FACE_NOISE_POINTS: f64 = 1.0;

@@ -245,14 +245,14 @@ fn matched_shape(
         .copied()
         .collect();
     // An object that is not quite of its class (a person) ends where all its points do.
-    let of_class = inliers.len() as f64 >= MIN_INLIER_SHARE * points.len() as f64;
+    let fits_class = inliers.len() as f64 >= MIN_INLIER_SHARE * points.len() as f64;
     let best = if settings.use_point_distances {
         let (surface, density) = surface_model_for(points, sensor, settings);
         measure_lengths(
             best,
             &EdgeObservations {
-                of_class,
-                points: if of_class { &inliers } else { points },
+                fits_class,
+                points: if fits_class { &inliers } else { points },
                 noise_m,
                 independent_share: settings.independent_share,
                 sensor,
@@ -276,7 +276,7 @@ fn matched_shape(
         alternatives,
         centre: best.primitive.centre(),
         centre_sd_m: best.centre_sd_m,
-        rotation: best.primitive.rotation(sensor),
+        rotation: best.primitive.canonical_rotation(sensor),
         size_m: best.primitive.size_m(),
         size_sd_m: best.size_sd_m,
         exponents: best.primitive.exponents(),

@@ -85,7 +85,7 @@ impl<'d> PlaceBuilder<'d> {
     /// Whether a piece fits at a pose with a gap around it.
     fn fits(&self, piece: &Furniture, pose: &FurniturePose, gap_m: f64) -> bool {
         let (sin, cos) = pose.yaw_deg.to_radians().sin_cos();
-        let [x, y] = piece.half;
+        let [x, y] = piece.half_footprint_m;
         let half = [
             (cos * x).abs() + (sin * y).abs(),
             (sin * x).abs() + (cos * y).abs(),
@@ -166,7 +166,7 @@ impl<'d> PlaceBuilder<'d> {
         let floors = self.floors();
         for _ in 0..FURNITURE_TRIES {
             let quarter = self.rng.integer(0, 3);
-            let from_wall = piece.half[0] + self.rng.uniform(0.01, 0.06);
+            let from_wall = piece.half_footprint_m[0] + self.rng.uniform(0.01, 0.06);
             let [x, y, _] = self.size.map(|s| s / 2.0);
             let along = self.rng.uniform(-1.0, 1.0);
             let [px, py] = match quarter {
@@ -197,7 +197,7 @@ impl<'d> PlaceBuilder<'d> {
     pub(crate) fn put_on_top(&mut self, piece: &Furniture) -> Option<FurniturePose> {
         let tops: Vec<SupportSurface> =
             self.supports.iter().filter(|s| !s.floor).cloned().collect();
-        let margin = piece.half[0].max(piece.half[1]);
+        let margin = piece.half_footprint_m[0].max(piece.half_footprint_m[1]);
         for _ in 0..FURNITURE_TRIES {
             let top = self.rng.choose(&tops)?;
             let yaw_deg = top.yaw_deg + self.rng.uniform(-8.0, 8.0);
@@ -220,7 +220,7 @@ impl<'d> PlaceBuilder<'d> {
 
     /// Finishes with the robot on the floor within `area` (x from, x to, y from, y to), facing the middle of the room to
     /// within 60 degrees; `None` where there is no room for it.
-    pub(crate) fn with_robot_in(self, area: [f64; 4]) -> Option<SimulatedPlace> {
+    pub(crate) fn build_with_robot_in(self, area: [f64; 4]) -> Option<SimulatedPlace> {
         let floors = self.floors();
         let laser_m = self.rng.uniform(0.4, 1.2);
         for _ in 0..ROBOT_TRIES {
@@ -257,9 +257,9 @@ impl<'d> PlaceBuilder<'d> {
     }
 
     /// Finishes with the robot anywhere in the room.
-    pub(crate) fn with_robot(self) -> Option<SimulatedPlace> {
+    pub(crate) fn build_with_robot(self) -> Option<SimulatedPlace> {
         let [x, y, _] = self.size.map(|s| s / 2.0);
-        self.with_robot_in([-x, x, -y, y])
+        self.build_with_robot_in([-x, x, -y, y])
     }
 }
 

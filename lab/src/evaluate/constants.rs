@@ -34,7 +34,7 @@ pub(crate) const LASER_OVER_BASE_M: f64 = 0.1796;
 
 /// Surfaces nearer together than this along the ray of the other visit are one unchanged surface, metres: a door leaf and
 /// its noise.
-pub(crate) const UNMOVED_M: f64 = 0.05;
+pub(crate) const ON_SURFACE_M: f64 = 0.05;
 /// The other visit saw through a point if it hit something this far behind it, metres. Chosen: twice the above.
 pub(crate) const SEEN_THROUGH_M: f64 = 0.10;
 

@@ -85,9 +85,9 @@ pub fn dump(pair: &SimulatedPair) -> (ManifestEntry, [NamedFile; 4]) {
 fn label_lines(labels: &[PointLabel]) -> Vec<u8> {
     let digit = |l: &PointLabel| match l {
         PointLabel::Unchanged => "0\n",
-        PointLabel::Seen => "1\n",
-        PointLabel::Hidden | PointLabel::Beyond => "2\n",
-        PointLabel::Unmoved => "3\n",
+        PointLabel::FreeSpace => "1\n",
+        PointLabel::NotVisible | PointLabel::BeyondFreeRange => "2\n",
+        PointLabel::OnSurface => "3\n",
     };
     labels.iter().map(digit).collect::<String>().into_bytes()
 }

@@ -25,8 +25,8 @@ pub(crate) type TopSurface = ([f64; 2], [f64; 2], f64);
 pub(crate) struct Furniture {
     pub name: &'static str,
     pub parts: Vec<FurniturePart>,
-    /// Half its footprint along x and y.
-    pub half: [f64; 2],
+    /// Half its footprint along x and y, metres.
+    pub half_footprint_m: [f64; 2],
     pub height_m: f64,
     /// Where other objects can be put.
     pub tops: Vec<TopSurface>,
@@ -42,44 +42,53 @@ fn legs(x: f64, y: f64, height: f64, radius: f64) -> impl Iterator<Item = Furnit
 
 /// A table on four thin legs.
 pub(crate) fn table(rng: &mut SeededRng) -> Furniture {
-    let half = [rng.uniform(0.3, 0.45), rng.uniform(0.4, 1.0)];
+    let half_footprint_m = [rng.uniform(0.3, 0.45), rng.uniform(0.4, 1.0)];
     let height = rng.uniform(0.68, 0.95);
     let mut parts = vec![FurniturePart::Box(
         [0.0, 0.0, height - 0.02],
-        [2.0 * half[0], 2.0 * half[1], 0.04],
+        [2.0 * half_footprint_m[0], 2.0 * half_footprint_m[1], 0.04],
     )];
     let radius = rng.uniform(0.012, 0.035);
-    parts.extend(legs(half[0] - 0.05, half[1] - 0.05, height - 0.04, radius));
+    parts.extend(legs(
+        half_footprint_m[0] - 0.05,
+        half_footprint_m[1] - 0.05,
+        height - 0.04,
+        radius,
+    ));
     Furniture {
         name: "table",
         parts,
-        half,
+        half_footprint_m,
         height_m: height,
-        tops: vec![([0.0; 2], half, height)],
+        tops: vec![([0.0; 2], half_footprint_m, height)],
         removable: false,
     }
 }
 
 /// A desk: a top on one side panel and a chest of drawers, often with a screen.
 pub(crate) fn desk(rng: &mut SeededRng) -> Furniture {
-    let half = [rng.uniform(0.35, 0.45), rng.uniform(0.6, 0.9)];
+    let half_footprint_m = [rng.uniform(0.35, 0.45), rng.uniform(0.6, 0.9)];
     let height = rng.uniform(0.7, 0.76);
     let below = height - 0.04;
     let mut parts = vec![
         FurniturePart::Box(
             [0.0, 0.0, height - 0.02],
-            [2.0 * half[0], 2.0 * half[1], 0.04],
+            [2.0 * half_footprint_m[0], 2.0 * half_footprint_m[1], 0.04],
         ),
         FurniturePart::Box(
-            [0.0, half[1] - 0.02, below / 2.0],
-            [1.8 * half[0], 0.04, below],
+            [0.0, half_footprint_m[1] - 0.02, below / 2.0],
+            [1.8 * half_footprint_m[0], 0.04, below],
         ),
         FurniturePart::Box(
-            [0.0, 0.22 - half[1], below / 2.0],
-            [1.6 * half[0], 0.42, below],
+            [0.0, 0.22 - half_footprint_m[1], below / 2.0],
+            [1.6 * half_footprint_m[0], 0.42, below],
         ),
     ];
-    let mut tops = vec![([0.15, 0.0], [half[0] - 0.15, half[1]], height)];
+    let mut tops = vec![(
+        [0.15, 0.0],
+        [half_footprint_m[0] - 0.15, half_footprint_m[1]],
+        height,
+    )];
     if rng.chance(0.6) {
         let (width, tall) = (rng.uniform(0.45, 0.7), rng.uniform(0.28, 0.42));
         parts.push(FurniturePart::Box(
@@ -96,7 +105,7 @@ pub(crate) fn desk(rng: &mut SeededRng) -> Furniture {
     Furniture {
         name: "desk",
         parts,
-        half,
+        half_footprint_m,
         height_m: height,
         tops,
         removable: false,
@@ -132,7 +141,7 @@ pub(crate) fn chair(rng: &mut SeededRng) -> Furniture {
     Furniture {
         name: "chair",
         parts,
-        half: [side / 2.0; 2],
+        half_footprint_m: [side / 2.0; 2],
         height_m: back,
         tops: Vec::new(),
         removable: true,
@@ -152,7 +161,7 @@ pub(crate) fn stool(rng: &mut SeededRng) -> Furniture {
     Furniture {
         name: "stool",
         parts,
-        half: [radius; 2],
+        half_footprint_m: [radius; 2],
         height_m: height,
         tops: Vec::new(),
         removable: true,
@@ -163,17 +172,17 @@ pub(crate) fn stool(rng: &mut SeededRng) -> Furniture {
 pub(crate) fn cupboard(rng: &mut SeededRng) -> Furniture {
     let size = [rng.uniform(0.35, 0.6), rng.uniform(0.6, 1.4)];
     let height = rng.uniform(0.8, 2.1);
-    let half = size.map(|s| s / 2.0);
+    let half_footprint_m = size.map(|s| s / 2.0);
     Furniture {
         name: "cupboard",
         parts: vec![FurniturePart::Box(
             [0.0, 0.0, height / 2.0],
             [size[0], size[1], height],
         )],
-        half,
+        half_footprint_m,
         height_m: height,
         tops: if height < 1.3 {
-            vec![([0.0; 2], half, height)]
+            vec![([0.0; 2], half_footprint_m, height)]
         } else {
             Vec::new()
         },
@@ -184,27 +193,32 @@ pub(crate) fn cupboard(rng: &mut SeededRng) -> Furniture {
 /// An open shelf: posts and boards, with or without a back. Its boards carry goods.
 pub(crate) fn shelf(rng: &mut SeededRng) -> Furniture {
     let size = [rng.uniform(0.35, 0.6), rng.uniform(0.9, 2.0)];
-    let half = size.map(|s| s / 2.0);
+    let half_footprint_m = size.map(|s| s / 2.0);
     let height = rng.uniform(1.2, 2.2);
     let boards = rng.integer(3, 5);
-    let mut parts: Vec<FurniturePart> =
-        legs(half[0] - 0.02, half[1] - 0.02, height, 0.02).collect();
+    let mut parts: Vec<FurniturePart> = legs(
+        half_footprint_m[0] - 0.02,
+        half_footprint_m[1] - 0.02,
+        height,
+        0.02,
+    )
+    .collect();
     let mut tops = Vec::new();
     for i in 0..boards {
         let z = 0.1 + (height - 0.2) * i as f64 / (boards - 1) as f64;
         parts.push(FurniturePart::Box([0.0, 0.0, z], [size[0], size[1], 0.025]));
-        tops.push(([0.0; 2], half, z + 0.0125));
+        tops.push(([0.0; 2], half_footprint_m, z + 0.0125));
     }
     if rng.chance(0.4) {
         parts.push(FurniturePart::Box(
-            [0.01 - half[0], 0.0, height / 2.0],
+            [0.01 - half_footprint_m[0], 0.0, height / 2.0],
             [0.02, size[1], height],
         ));
     }
     Furniture {
         name: "shelf",
         parts,
-        half,
+        half_footprint_m,
         height_m: height,
         tops,
         removable: false,
@@ -212,13 +226,13 @@ pub(crate) fn shelf(rng: &mut SeededRng) -> Furniture {
 }
 
 /// A box with sides of at most `max_m`.
-pub(crate) fn goods(rng: &mut SeededRng, max_m: f64) -> Furniture {
+pub(crate) fn small_box(rng: &mut SeededRng, max_m: f64) -> Furniture {
     let size = [0, 1, 2].map(|_| rng.uniform(0.12, max_m));
-    let half = [size[0] / 2.0, size[1] / 2.0];
+    let half_footprint_m = [size[0] / 2.0, size[1] / 2.0];
     Furniture {
         name: "goods",
         parts: vec![FurniturePart::Box([0.0, 0.0, size[2] / 2.0], size)],
-        half,
+        half_footprint_m,
         height_m: size[2],
         tops: Vec::new(),
         removable: size.iter().all(|s| *s > 0.2),
@@ -236,7 +250,7 @@ pub(crate) fn can(rng: &mut SeededRng, max_radius_m: f64) -> Furniture {
             radius,
             height,
         )],
-        half: [radius; 2],
+        half_footprint_m: [radius; 2],
         height_m: height,
         tops: Vec::new(),
         removable: radius > 0.13,
@@ -253,7 +267,7 @@ pub(crate) fn bin(rng: &mut SeededRng) -> Furniture {
             radius,
             height,
         )],
-        half: [radius; 2],
+        half_footprint_m: [radius; 2],
         height_m: height,
         tops: Vec::new(),
         removable: true,
@@ -272,7 +286,7 @@ pub(crate) fn pillar(rng: &mut SeededRng, height_m: f64) -> Furniture {
     Furniture {
         name: "pillar",
         parts: vec![part],
-        half: [radius; 2],
+        half_footprint_m: [radius; 2],
         height_m,
         tops: Vec::new(),
         removable: false,
@@ -282,15 +296,15 @@ pub(crate) fn pillar(rng: &mut SeededRng, height_m: f64) -> Furniture {
 /// A radiator: a row of ribs in front of the wall.
 pub(crate) fn radiator(rng: &mut SeededRng) -> Furniture {
     let (ribs, height) = (rng.integer(8, 18), rng.uniform(0.4, 0.7));
-    let half = [0.06, 0.04 * ribs as f64];
+    let half_footprint_m = [0.06, 0.04 * ribs as f64];
     let rib = |i: usize| {
-        let y = 0.08 * (i as f64 + 0.5) - half[1];
+        let y = 0.08 * (i as f64 + 0.5) - half_footprint_m[1];
         FurniturePart::Box([0.0, y, 0.12 + height / 2.0], [0.1, 0.05, height])
     };
     Furniture {
         name: "radiator",
         parts: (0..ribs).map(rib).collect(),
-        half,
+        half_footprint_m,
         height_m: height + 0.12,
         tops: Vec::new(),
         removable: false,
@@ -308,7 +322,7 @@ pub(crate) fn plant(rng: &mut SeededRng) -> Furniture {
             FurniturePart::Upright([0.0, 0.0, 0.3 + stem / 2.0], 0.02, stem),
             FurniturePart::Sphere([0.0, 0.0, 0.3 + stem], crown),
         ],
-        half: [crown.max(pot); 2],
+        half_footprint_m: [crown.max(pot); 2],
         height_m: 0.3 + stem + crown,
         tops: Vec::new(),
         removable: true,
@@ -317,23 +331,27 @@ pub(crate) fn plant(rng: &mut SeededRng) -> Furniture {
 
 /// A bench without a back.
 pub(crate) fn bench(rng: &mut SeededRng) -> Furniture {
-    let half = [rng.uniform(0.17, 0.25), rng.uniform(0.5, 1.0)];
+    let half_footprint_m = [rng.uniform(0.17, 0.25), rng.uniform(0.5, 1.0)];
     let height = rng.uniform(0.4, 0.5);
-    let side =
-        |y: f64| FurniturePart::Box([0.0, y, height / 2.0], [1.6 * half[0], 0.06, height - 0.06]);
+    let side = |y: f64| {
+        FurniturePart::Box(
+            [0.0, y, height / 2.0],
+            [1.6 * half_footprint_m[0], 0.06, height - 0.06],
+        )
+    };
     Furniture {
         name: "bench",
         parts: vec![
             FurniturePart::Box(
                 [0.0, 0.0, height - 0.03],
-                [2.0 * half[0], 2.0 * half[1], 0.06],
+                [2.0 * half_footprint_m[0], 2.0 * half_footprint_m[1], 0.06],
             ),
-            side(half[1] - 0.1),
-            side(0.1 - half[1]),
+            side(half_footprint_m[1] - 0.1),
+            side(0.1 - half_footprint_m[1]),
         ],
-        half,
+        half_footprint_m,
         height_m: height,
-        tops: vec![([0.0; 2], half, height)],
+        tops: vec![([0.0; 2], half_footprint_m, height)],
         removable: false,
     }
 }

@@ -1,6 +1,6 @@
 //! True labels of the points of a pair: which lie on changed objects, and what the other visit saw there.
 
-use super::constants::{SEEN_THROUGH_M, UNMOVED_M};
+use super::constants::{ON_SURFACE_M, SEEN_THROUGH_M};
 use super::place::object_name;
 use super::sensor::{BEAMS_PER_PROBE, BeamHit, SensorSetup, cast_pattern, cast_ray};
 use nalgebra::{Point3, Unit, Vector3};
@@ -13,13 +13,13 @@ pub enum PointLabel {
     /// On an unchanged object.
     Unchanged,
     /// On an object that appeared, disappeared or moved, where the other visit saw free space.
-    Seen,
+    FreeSpace,
     /// On such an object, where the other visit got no return, beyond the range up to which this proves free space.
-    Beyond,
+    BeyondFreeRange,
     /// On such an object, where the other visit could not see.
-    Hidden,
+    NotVisible,
     /// On such an object, where its surface also was at the other visit (a door near its hinge): not counted.
-    Unmoved,
+    OnSurface,
 }
 
 /// One visit: its world, and from where the laser saw it.
@@ -52,22 +52,22 @@ impl SimulatedVisit<'_> {
             .field
             .contains(&self.map_from_base.inverse_transform_vector(&to_point))
         {
-            return PointLabel::Hidden;
+            return PointLabel::NotVisible;
         }
         match cast_ray(self.world, &Ray { origin, direction }, setup.reach_m) {
             Some(hit) => {
                 let on_changed = changed.get(hit.object).copied().unwrap_or(false);
-                if on_changed && (hit.range_m - distance_m).abs() < UNMOVED_M {
-                    PointLabel::Unmoved
+                if on_changed && (hit.range_m - distance_m).abs() < ON_SURFACE_M {
+                    PointLabel::OnSurface
                 } else if hit.range_m > distance_m + SEEN_THROUGH_M {
-                    PointLabel::Seen
+                    PointLabel::FreeSpace
                 } else {
-                    PointLabel::Hidden
+                    PointLabel::NotVisible
                 }
             }
-            None if distance_m < setup.free_range_m => PointLabel::Seen,
-            None if distance_m < setup.reach_m => PointLabel::Beyond,
-            None => PointLabel::Hidden,
+            None if distance_m < setup.free_range_m => PointLabel::FreeSpace,
+            None if distance_m < setup.reach_m => PointLabel::BeyondFreeRange,
+            None => PointLabel::NotVisible,
         }
     }
 
@@ -75,7 +75,7 @@ impl SimulatedVisit<'_> {
     pub(crate) fn saw_through(&self, point: &Point3<f64>, setup: &SensorSetup) -> bool {
         matches!(
             self.label(point, &[], setup),
-            PointLabel::Seen | PointLabel::Beyond
+            PointLabel::FreeSpace | PointLabel::BeyondFreeRange
         )
     }
 }
@@ -110,7 +110,7 @@ pub(crate) fn visible_points(
     let lines = cast_pattern(own.world, &own.map_from_base, &setup.probe, setup.reach_m);
     let hits: Vec<BeamHit> = lines.into_iter().flatten().flatten().collect();
     let labels = point_labels(&hits, own, other, changed, setup);
-    let looked = |l: &&PointLabel| matches!(l, PointLabel::Seen | PointLabel::Beyond);
+    let looked = |l: &&PointLabel| matches!(l, PointLabel::FreeSpace | PointLabel::BeyondFreeRange);
     BEAMS_PER_PROBE * labels.iter().filter(looked).count()
 }
 

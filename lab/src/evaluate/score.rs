@@ -120,10 +120,10 @@ pub fn score(
         let is_true = |i: &&usize| {
             matches!(
                 label(i),
-                PointLabel::Seen | PointLabel::Beyond | PointLabel::Hidden
+                PointLabel::FreeSpace | PointLabel::BeyondFreeRange | PointLabel::NotVisible
             )
         };
-        let counts = |i: &&usize| label(i) != PointLabel::Unmoved;
+        let counts = |i: &&usize| label(i) != PointLabel::OnSurface;
         for i in &novelty.point_indices {
             if let Some(is_listed) = on[s].get_mut(*i) {
                 *is_listed = true;
@@ -147,8 +147,11 @@ pub fn score(
             .filter(|l| **l == label)
             .count()
     };
-    let (seen_points, beyond_points) = (count(PointLabel::Seen), count(PointLabel::Beyond));
-    let true_points = seen_points + beyond_points + count(PointLabel::Hidden);
+    let (seen_points, beyond_points) = (
+        count(PointLabel::FreeSpace),
+        count(PointLabel::BeyondFreeRange),
+    );
+    let true_points = seen_points + beyond_points + count(PointLabel::NotVisible);
     let (shift_error_m, turn_error_deg) = registration_error(
         &pair.current_from_reference,
         &detection.registration.current_from_reference,
@@ -164,11 +167,15 @@ pub fn score(
         reason: detection.reason.clone(),
         d_gmm: detection.d_gmm,
         unexplained: detection.unexplained,
-        iou: overlap(&pair.labels, &on, &[PointLabel::Unmoved]).filter(|_| true_points > 0),
+        iou: overlap(&pair.labels, &on, &[PointLabel::OnSurface]).filter(|_| true_points > 0),
         iou_seen: overlap(
             &pair.labels,
             &on,
-            &[PointLabel::Unmoved, PointLabel::Hidden, PointLabel::Beyond],
+            &[
+                PointLabel::OnSurface,
+                PointLabel::NotVisible,
+                PointLabel::BeyondFreeRange,
+            ],
         )
         .filter(|_| seen_points > 0),
         listed,
@@ -270,14 +277,14 @@ mod tests {
 
     #[test]
     fn overlap_leaves_out_the_given_labels() {
-        use PointLabel::{Hidden, Seen, Unchanged, Unmoved};
+        use PointLabel::{FreeSpace, NotVisible, OnSurface, Unchanged};
         let labels = [
-            vec![Seen, Seen, Unchanged],
-            vec![Unmoved, Hidden, Unchanged, Seen],
+            vec![FreeSpace, FreeSpace, Unchanged],
+            vec![OnSurface, NotVisible, Unchanged, FreeSpace],
         ];
         let on = [vec![true, false, false], vec![true, true, true, true]];
-        assert_eq!(overlap(&labels, &on, &[Unmoved]), Some(0.6));
-        assert_eq!(overlap(&labels, &on, &[Unmoved, Hidden]), Some(0.5));
+        assert_eq!(overlap(&labels, &on, &[OnSurface]), Some(0.6));
+        assert_eq!(overlap(&labels, &on, &[OnSurface, NotVisible]), Some(0.5));
         let none = [Vec::new(), vec![Unchanged]];
         assert_eq!(overlap(&none, &[Vec::new(), vec![false]], &[]), None);
     }

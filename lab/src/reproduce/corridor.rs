@@ -227,7 +227,7 @@ fn plane_axes(normal: &Vector3<f64>, spin_rad: f64) -> Rotation3<f64> {
 }
 
 fn is_clear_of_walls(primitive: &Primitive) -> bool {
-    let axes = primitive.rotation(&Point3::origin());
+    let axes = primitive.canonical_rotation(&Point3::origin());
     let size = primitive.size_m();
     let centre = primitive.centre();
     (0..3).all(|k| {

@@ -29,7 +29,7 @@ impl NoveltyTruth {
         Self {
             class: primitive.class(),
             centre: primitive.centre(),
-            rotation: primitive.rotation(sensor),
+            rotation: primitive.canonical_rotation(sensor),
             size_m,
             sized: [true; 3],
             turned: primitive.class() == Class::Plane && size_m[0] >= MIN_SIDE_RATIO * size_m[1],

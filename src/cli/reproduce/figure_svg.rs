@@ -75,7 +75,7 @@ pub(super) fn ideal_cylinder(folder: &Path, attitude: &CylinderAttitude) -> Resu
     let truth = Primitive::Cylinder(attitude.cylinder);
     let ideal = Shape {
         class: truth.class(),
-        rotation: truth.rotation(&Point3::origin()),
+        rotation: truth.canonical_rotation(&Point3::origin()),
         size_m: truth.size_m(),
         centre: truth.centre(),
         ..match attitude.feature.clone().or(attitude.euclidean.clone()) {

@@ -2,7 +2,7 @@
 //! lost and reopened as by their threads. Several stations can use the same devices one after the other.
 
 use crate::devices::constants::{
-    ABSENT_RETRY_PAUSE, CANCEL_CHECK, CLOSE_LIMIT, INITIAL_RETRY_PAUSE, MAX_RETRY_PAUSE,
+    ABSENT_REOPEN_PAUSE, CANCEL_CHECK, CLOSE_LIMIT, INITIAL_REOPEN_PAUSE, MAX_REOPEN_PAUSE,
 };
 use crate::devices::device_driver::{DeviceDriver, DriverOutput};
 use crate::devices::device_links::{DeviceLinks, PortMessage};
@@ -62,7 +62,7 @@ impl<D: DeviceDriver> VirtualPort<D> {
             },
             driver: None,
             open_at: now,
-            backoff: INITIAL_RETRY_PAUSE,
+            backoff: INITIAL_REOPEN_PAUSE,
         }
     }
 
@@ -75,14 +75,14 @@ impl<D: DeviceDriver> VirtualPort<D> {
 
     fn close(&mut self, error: DeviceError, now: Duration) -> PortEvent<D::Event> {
         let max_pause = if error.is_absence() {
-            ABSENT_RETRY_PAUSE
+            ABSENT_REOPEN_PAUSE
         } else {
-            MAX_RETRY_PAUSE
+            MAX_REOPEN_PAUSE
         };
         let retry_in = self.backoff.min(max_pause);
         self.driver = None;
         self.open_at = now + retry_in;
-        self.backoff = (2 * self.backoff).min(MAX_RETRY_PAUSE);
+        self.backoff = (2 * self.backoff).min(MAX_REOPEN_PAUSE);
         PortEvent::Lost { error, retry_in }
     }
 
@@ -125,7 +125,7 @@ impl<D: DeviceDriver> VirtualPort<D> {
                 DriverOutput::Event(_) if end.is_some() => {}
                 DriverOutput::Event(event) => {
                     if D::is_sign_of_life(&event) {
-                        self.backoff = INITIAL_RETRY_PAUSE;
+                        self.backoff = INITIAL_REOPEN_PAUSE;
                     }
                     end = D::fault(&event, &self.name);
                     if end.is_none() {

@@ -2,7 +2,7 @@
 
 use super::Station;
 use crate::devices::cancel::Cancel;
-use crate::devices::constants::{OPEN_LIMIT, RETURN_LIMIT};
+use crate::devices::constants::{DEVICES_READY_LIMIT, RECONNECT_WAIT};
 use crate::devices::error::DeviceError;
 
 impl Station {
@@ -30,13 +30,13 @@ impl Station {
                 _ if cancel.is_cancelled() => return Err(DeviceError::Cancelled),
                 Err(error) => {
                     let waited = self.links.now().saturating_sub(started);
-                    let is_absent = self.state.has_failed() && waited >= RETURN_LIMIT;
-                    if is_absent || waited >= OPEN_LIMIT {
+                    let is_absent = self.state.has_failed() && waited >= RECONNECT_WAIT;
+                    if is_absent || waited >= DEVICES_READY_LIMIT {
                         return Err(self.state.failure().unwrap_or(error));
                     }
                 }
             }
-            self.next_message(started + OPEN_LIMIT);
+            self.next_message(started + DEVICES_READY_LIMIT);
         }
     }
 

@@ -249,7 +249,7 @@ const HEAD: [FaultCase; 39] = [
     case("ptu.garbage-byte", Tolerated, Tolerated),
     case(
         "ptu.garbage-byte:count=50",
-        NotObserved("answers, but not as"),
+        NotObserved("answers, but not like"),
         NotObserved("no valid reply"),
     ),
     case("ptu.reset-fails", Tolerated, Tolerated),

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::constants::{HISTORY_TIME, MAX_HISTORY_SEGMENTS};
-use super::profile::{ProfileSegment, SpeedRamp, brake_distance, plan};
+use super::motion_profile::{ProfileSegment, SpeedRamp, brake_distance, plan};
 use super::segment::{MotionSegment, Rotor, backlash_offset, rest_segment, rotor_after};
 
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -9,7 +9,7 @@ pub(super) enum AxisParameter {
     /// `xP`
     Position,
     /// `xO`
-    Offset,
+    RelativePosition,
     /// `xS`
     Speed,
     /// `xD`
@@ -76,9 +76,9 @@ pub(super) enum DefaultsAction {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum HeadRequest {
     Axis(AxisName, AxisParameter, Option<i32>),
-    Hold(AxisName, Option<HoldPowerMode>),
-    Moving(AxisName, Option<MovePowerMode>),
-    Step(AxisName, Option<StepMode>),
+    HoldPower(AxisName, Option<HoldPowerMode>),
+    MovePower(AxisName, Option<MovePowerMode>),
+    StepMode(AxisName, Option<StepMode>),
     Switch(ModeSwitch, Option<bool>),
     Limits(LimitAction),
     Await,

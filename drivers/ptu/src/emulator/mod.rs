@@ -4,9 +4,9 @@
 //! [`EmulatedHead::handle_bytes`] gives it bytes, [`EmulatedHead::advance`] lets time pass, [`EmulatedHead::poll_output`] returns
 //! what it prints, and [`EmulatedHead::true_position_at`] where the head really points.
 //!
-//! Reading order: `options` and `option_text` (kind of unit and start state), `settings` (what commands change), `profile` (motion
-//! of one axis in closed form), `segment` and `axis` (the same with stops, lost steps and a history), `command`, `parser` and
-//! `commands` (from text to effect), `replies`, `reset`, `wire` (bytes on the line), `fault` (fault injection), `state` (the whole
+//! Reading order: `options` and `option_text` (kind of unit and start state), `settings` (what commands change), `motion_profile`
+//! (motion of one axis in closed form), `segment` and `axis` (the same with stops, lost steps and a history), `command`, `parser`
+//! and `commands` (from text to effect), `replies`, `reset`, `wire` (bytes on the line), `fault` (fault injection), `state` (the whole
 //! unit), `event_loop` (what happens between two calls), `head` (the interface).
 //!
 //! Where the document leaves a point open, the emulator does this:
@@ -29,7 +29,7 @@ mod head;
 mod option_text;
 mod options;
 mod parser;
-mod profile;
+mod motion_profile;
 mod replies;
 mod reset;
 mod segment;

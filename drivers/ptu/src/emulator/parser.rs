@@ -145,18 +145,18 @@ fn parse_axis_request(name: &str, args: &str) -> Option<HeadRequest> {
             "A" => Some(StepMode::Auto),
             _ => return None,
         };
-        return args.is_empty().then_some(HeadRequest::Step(axis, mode));
+        return args.is_empty().then_some(HeadRequest::StepMode(axis, mode));
     }
     let (axis, letters) = axis_of(name)?;
     let power = match letters {
-        "H" => Some(HeadRequest::Hold(axis, None)),
-        "HR" => Some(HeadRequest::Hold(axis, Some(HoldPowerMode::Regular))),
-        "HL" => Some(HeadRequest::Hold(axis, Some(HoldPowerMode::Low))),
-        "HO" => Some(HeadRequest::Hold(axis, Some(HoldPowerMode::Off))),
-        "M" => Some(HeadRequest::Moving(axis, None)),
-        "MH" => Some(HeadRequest::Moving(axis, Some(MovePowerMode::High))),
-        "MR" => Some(HeadRequest::Moving(axis, Some(MovePowerMode::Regular))),
-        "ML" => Some(HeadRequest::Moving(axis, Some(MovePowerMode::Low))),
+        "H" => Some(HeadRequest::HoldPower(axis, None)),
+        "HR" => Some(HeadRequest::HoldPower(axis, Some(HoldPowerMode::Regular))),
+        "HL" => Some(HeadRequest::HoldPower(axis, Some(HoldPowerMode::Low))),
+        "HO" => Some(HeadRequest::HoldPower(axis, Some(HoldPowerMode::Off))),
+        "M" => Some(HeadRequest::MovePower(axis, None)),
+        "MH" => Some(HeadRequest::MovePower(axis, Some(MovePowerMode::High))),
+        "MR" => Some(HeadRequest::MovePower(axis, Some(MovePowerMode::Regular))),
+        "ML" => Some(HeadRequest::MovePower(axis, Some(MovePowerMode::Low))),
         _ => None,
     };
     if power.is_some() {
@@ -164,7 +164,7 @@ fn parse_axis_request(name: &str, args: &str) -> Option<HeadRequest> {
     }
     let parameter = match letters {
         "P" => AxisParameter::Position,
-        "O" => AxisParameter::Offset,
+        "O" => AxisParameter::RelativePosition,
         "S" => AxisParameter::Speed,
         "D" => AxisParameter::SpeedDelta,
         "A" => AxisParameter::Acceleration,
@@ -249,7 +249,7 @@ mod tests {
         assert_eq!(parse(b"PXU"), pan(AxisParameter::UserMaximum, None));
         assert_eq!(
             parse(b"wta"),
-            Ok(HeadRequest::Step(AxisName::Tilt, Some(StepMode::Auto)))
+            Ok(HeadRequest::StepMode(AxisName::Tilt, Some(StepMode::Auto)))
         );
         assert_eq!(
             parse(b"@(19200,5,T)"),

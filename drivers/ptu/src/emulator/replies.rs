@@ -63,7 +63,7 @@ impl QueryAnswer {
 pub(super) fn parameter(axis: AxisName, parameter: AxisParameter, n: i32) -> QueryAnswer {
     let verbose = match parameter {
         AxisParameter::Position => format!("Current {axis} position is {n}"),
-        AxisParameter::Offset => format!("Target {axis} position is {n}"),
+        AxisParameter::RelativePosition => format!("Target {axis} position is {n}"),
         AxisParameter::Minimum => format!("Minimum {axis} position is {n}"),
         AxisParameter::Maximum => format!("Maximum {axis} position is {n}"),
         AxisParameter::UserMinimum => format!("Minimum user {axis} position is {n}"),

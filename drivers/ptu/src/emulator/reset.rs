@@ -7,7 +7,7 @@ use rand::RngExt;
 
 use super::axis_name::AxisName;
 use super::constants::{RESET_TIME_FACTOR, RESET_TIME_MARGIN};
-use super::profile::SpeedRamp;
+use super::motion_profile::SpeedRamp;
 use super::replies::RequestRefusal;
 use super::settings::UnitSettings;
 use super::state::{CpuState, EmulatedHead, ResetRun, ResetStage};

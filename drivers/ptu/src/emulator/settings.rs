@@ -2,8 +2,8 @@
 
 use super::axis_name::AxisName;
 use super::constants::PRESET_COUNT;
+use super::motion_profile::SpeedRamp;
 use super::options::{HeadOptions, HeadStartState};
-use super::profile::SpeedRamp;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum HoldPowerMode {

@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn the_real_reply() {
+    fn parses_the_recorded_reply() {
         let info = parse(OFF).expect("every sum is right");
         assert_eq!(info.laser_on, Some(false));
         assert_eq!(info.mode.as_deref(), Some("IDLE"));
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn the_real_lines_with_the_laser_on() {
+    fn parses_the_recorded_lines_with_the_laser_on() {
         let on = OFF
             .replace("OFF;7", "ON;9")
             .replace("IDLE;:", "CLASSIC;^")

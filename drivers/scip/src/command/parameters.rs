@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn the_real_reply() {
+    fn parses_the_recorded_reply() {
         let reply = parse(URG_04LX).expect("every sum is right");
         assert_eq!(reply.model, "URG-04LX(Hokuyo Automatic Co.,Ltd.)");
         assert_eq!(reply.parameters, LaserParameters::URG_04LX);

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn the_real_stamp() {
+    fn parses_the_recorded_stamp() {
         assert_eq!(read_stamp(b"JUGnD"), Ok(6_968_830));
         assert!(read_stamp(b"JUGnE").is_err());
         assert!(read_stamp(b"JUG4").is_err());
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn more_than_asked_for_is_an_error() {
+    fn excess_values_are_rejected() {
         let lines = cut(&[b'0'; 66]);
         let read = read_values(lines.iter().map(Vec::as_slice), 3, 21);
         assert!(matches!(
@@ -167,7 +167,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_cut_reads_back(ranges in proptest::collection::vec(0_u32..(1 << 18), 0..800)) {
+        fn values_round_trip(ranges in proptest::collection::vec(0_u32..(1 << 18), 0..800)) {
             let characters: Vec<u8> =
                 ranges.iter().flat_map(|value| encode::<3>(*value).expect("18 bits fit")).collect();
             prop_assert_eq!(read(&cut(&characters), 3), Ok(ranges));

@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn the_real_exchange() {
+    fn parses_the_recorded_exchange() {
         assert_eq!(EnterTimeAdjust.parse(&message(b"TM0\n00P\n\n")), Ok(()));
         assert_eq!(
             ReadTimer.parse(&message(b"TM1\n00P\n<SfkP\n\n")),

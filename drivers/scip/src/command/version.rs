@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn the_real_reply() {
+    fn parses_the_recorded_reply() {
         let version = ReadVersion
             .parse(&message(URG_04LX))
             .expect("every sum is right");
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn the_real_lines_of_a_ug01() {
+    fn parses_the_recorded_lines_of_a_ug01() {
         let reply = b"VV\n00P\nVEND:Hokuyo Automatic Co.,Ltd.;[\nPROD:SOKUIKI Sensor URG-04LX-UG01(Simple-URG);[\n\
             FIRM:3.4.03(17/Dec./2012);T\nPROT:SCIP 2.0;N\nSERI:H1510998;V\n\n";
         assert_eq!(

@@ -3,7 +3,7 @@
 use super::error::ScipError;
 use super::identity::LaserIdentity;
 use super::recovery::{RecoveryCause, RecoveryStep};
-use crate::error::{ReplyError, Shown};
+use crate::error::{EscapedBytes, ReplyError};
 use crate::scan::LaserScan;
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ use std::time::Duration;
 pub enum LaserAction {
     /// Write these bytes to the device, now.
     Send(Vec<u8>),
-    /// For the caller.
+    /// A result or a change of state; nothing to send.
     Event(LaserEvent),
 }
 
@@ -40,7 +40,7 @@ pub enum LaserEvent {
     Streaming,
     /// A scan that passed every check.
     Scan {
-        /// Ranges and stamp.
+        /// Ranges in mm and the timer stamp.
         scan: LaserScan,
         /// Instant of the input that carried its message's first byte.
         first_byte_at: Duration,
@@ -49,16 +49,21 @@ pub enum LaserEvent {
     },
     /// Scans missing between two stamps.
     LostScans(u32),
+    /// Connecting accepted a `VV` reply with wrong sums, since every attempt brought them.
+    WrongSumsTolerated {
+        /// Number of lines with a wrong sum; their text is used.
+        lines: usize,
+    },
     /// A message was not used.
     Rejected {
-        /// What is wrong with it.
+        /// What is wrong with the message.
         reason: Rejection,
         /// Rejections since [`ScipDriver::new`](crate::ScipDriver::new).
         total: u64,
     },
     /// The device stopped scanning to verify an error (status 21 to 49).
     Verifying {
-        /// As the device sent it.
+        /// The status number, 21 to 49.
         status: u8,
     },
     /// Verified as normal, scans go on (status 98).
@@ -67,7 +72,7 @@ pub enum LaserEvent {
     Recovering {
         /// Why the stream counts as stopped.
         cause: RecoveryCause,
-        /// The attempt.
+        /// How the driver restarts it.
         step: RecoveryStep,
     },
     /// The stream is acknowledged again.
@@ -75,12 +80,12 @@ pub enum LaserEvent {
         /// Whether the timer is back at zero, so that the clock must be fitted again.
         timer_reset: bool,
     },
-    /// Idle, laser off.
+    /// The stop is acknowledged, or a counted stream has ended: the device is idle, its laser off.
     Stopped,
-    /// The request failed; the device is idle and takes another.
-    Failed(ScipError),
+    /// Only this request failed; the device is idle and takes another.
+    RequestFailed(ScipError),
     /// The driver gave up. Close the port, reopen it with back-off, connect again.
-    Fault(ScipError),
+    ConnectionFailed(ScipError),
 }
 
 /// Why a message was not used.
@@ -91,7 +96,7 @@ pub enum Rejection {
     /// No request is waiting for it.
     Unsolicited {
         /// Its first line.
-        echo: Shown,
+        echo: EscapedBytes,
     },
     /// Same stamp as the scan before.
     RepeatedStamp {
@@ -104,11 +109,6 @@ pub enum Rejection {
         advance_ms: u32,
         /// One scan period.
         expected_ms: u32,
-    },
-    /// Lines of `VV` kept a wrong sum; their text was used all the same.
-    ToleratedSums {
-        /// Number of these lines.
-        lines: usize,
     },
     /// A line or message was too long and was dropped.
     Overrun,

@@ -11,7 +11,7 @@
 //! A device that was left streaming sends scans before its echo of `QT`; they are skipped. Nothing waits for silence,
 //! since a stream has none.
 
-use super::action::{LaserEvent, Rejection};
+use super::action::LaserEvent;
 use super::dialogue::{Dialogue, DialogueOutcome, DriverContext};
 use super::error::ScipError;
 use super::identity::LaserIdentity;
@@ -62,7 +62,7 @@ impl Connecting {
             step: ConnectStep::Quit,
             pending: PendingRequest::send(&Quit, now, context),
             give_up_at: now.saturating_add(context.options.connect_timeout),
-            mode_changes_left: context.options.mode_changes,
+            mode_changes_left: context.options.max_mode_changes,
             switched: false,
             damaged_version: None,
             version: None,
@@ -148,7 +148,7 @@ impl Connecting {
                 self.enter(ConnectStep::Switch, now, context)
             }
             (ConnectStep::Version, Some((version, lines))) => {
-                context.reject(Rejection::ToleratedSums { lines });
+                context.emit(LaserEvent::WrongSumsTolerated { lines });
                 self.version = Some(version);
                 self.enter(ConnectStep::Parameters, now, context)
             }
@@ -176,7 +176,7 @@ impl Connecting {
         DialogueOutcome::Idle
     }
 
-    fn take(
+    fn handle_reply(
         &mut self,
         message: &ScipMessage,
         now: Duration,
@@ -247,7 +247,7 @@ impl Dialogue for Connecting {
         now: Duration,
         context: &mut DriverContext,
     ) -> DialogueOutcome {
-        match self.take(message, now, context) {
+        match self.handle_reply(message, now, context) {
             Ok(outcome) => outcome,
             // A scan of a stream that was left on, or a late reply.
             Err(ReplyError::Echo { .. }) => DialogueOutcome::Continue,

@@ -52,7 +52,7 @@ pub enum ScipError {
     StreamLost { cause: RecoveryCause },
     /// It lost power in between.
     #[error("the sensor restarted: it is in SCIP 1.1 again")]
-    Relapsed,
+    FellBackToScip11,
     /// The model is not known to have it, and asking could leave it unresponsive (scip2 section 10).
     #[error("{what} not requested: a {model} may stop responding until a power cycle")]
     Unsupported { what: &'static str, model: String },

@@ -21,8 +21,8 @@ use std::time::Duration;
 /// All instants are durations since an origin that the caller chose, on a clock that never goes back.
 ///
 /// Requests are answered by events: `connect` by `Connected`; `exchange_time` by `TimeSample`s and `TimeExchanged`;
-/// `start_streaming` by `Streaming` and `Scan`s; `stop` by `Stopped`. Any of them may end in `Failed` (the device is idle
-/// again) or `Fault` (close the port, reopen, connect again).
+/// `start_streaming` by `Streaming` and `Scan`s; `stop` by `Stopped`. Any of them may end in `RequestFailed` (the device is
+/// idle again) or `ConnectionFailed` (close the port, reopen, connect again).
 #[derive(Debug)]
 pub struct ScipDriver {
     context: DriverContext,
@@ -190,7 +190,7 @@ impl ScipDriver {
             }
             DialogueOutcome::Idle => self.phase = DriverPhase::Closed,
             DialogueOutcome::Fault(error) => {
-                self.context.emit(LaserEvent::Fault(error));
+                self.context.emit(LaserEvent::ConnectionFailed(error));
                 self.phase = DriverPhase::Faulted;
             }
         }

@@ -18,8 +18,8 @@ pub struct ScipOptions {
     pub attempts: u8,
     /// Time-out of connecting as a whole. 8 commands take 0.8 s; every mode change twice, with its retries, fits.
     pub connect_timeout: Duration,
-    /// Mode changes (`SCIP2.0`, `TM2`) while connecting before the device counts as stuck.
-    pub mode_changes: u8,
+    /// Mode changes (`SCIP2.0`, `TM2`) while connecting or stopping before the device counts as stuck.
+    pub max_mode_changes: u8,
     /// Whether connecting sends `RS` for a known state and the timer at zero.
     pub reset_on_connect: bool,
     /// Periods without data after which the stream is restarted (scip2 section 14).
@@ -32,11 +32,11 @@ pub struct ScipOptions {
     /// How long the device may verify an error (status 21 to 49). The protocol has no figure; a URG's start takes less.
     pub verify_timeout: Duration,
     /// Damaged messages in a row that restart the stream; single ones are unavoidable (scip2 section 13).
-    pub damaged_in_a_row: u8,
+    pub max_damaged_in_a_row: u8,
     /// Repeats of one stamp that are stale data (scip2 section 8).
     pub stale_repeats: u8,
     /// Implausible stamps in a row that are a fault.
-    pub jumps_in_a_row: u8,
+    pub max_jumps_in_a_row: u8,
     /// Tolerance of a stamp's advance, share of the period (scip2 section 14).
     pub stamp_tolerance: f64,
     /// Tolerance of the sensor's speed over a gap, share of the gap: real mean period 99.88 ms (scip2 section 8).
@@ -44,7 +44,7 @@ pub struct ScipOptions {
     /// Largest plausible gap between two stamps; silence restarts a stream long before.
     pub max_gap: Duration,
     /// Good scans after a restart until the next one begins with `QT` again.
-    pub recovered_after: u32,
+    pub good_scans_to_recover: u32,
 }
 
 impl Default for ScipOptions {
@@ -53,27 +53,27 @@ impl Default for ScipOptions {
             reply_timeout: Duration::from_secs(1),
             attempts: 3,
             connect_timeout: Duration::from_secs(15),
-            mode_changes: 4,
+            max_mode_changes: 4,
             reset_on_connect: true,
             silent_periods: 3,
             min_silence: Duration::from_millis(300),
             link_bytes_per_second: None,
             verify_timeout: Duration::from_secs(10),
-            damaged_in_a_row: 10,
+            max_damaged_in_a_row: 10,
             stale_repeats: 3,
-            jumps_in_a_row: 3,
+            max_jumps_in_a_row: 3,
             stamp_tolerance: 0.1,
             speed_tolerance: 0.002,
             max_gap: Duration::from_secs(20),
-            recovered_after: 10,
+            good_scans_to_recover: 10,
         }
     }
 }
 
-/// Which scans to stream.
+/// The window, clustering, interval and coding of a stream: the fields of `MD`, `MS` and `ME` (scip2 section 6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamPlan {
-    /// First step.
+    /// First step of the window, 0 to 9999.
     pub first_step: u16,
     /// Last step, included. Choose a number of steps that the cluster divides: what devices do with the remainder is
     /// unconfirmed (scip2 section 6, cluster).

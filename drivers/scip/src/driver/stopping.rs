@@ -24,7 +24,7 @@ impl Stopping {
         Self {
             pending: PendingRequest::send(&Quit, now, context),
             leaving_time_adjust: false,
-            mode_changes_left: context.options.mode_changes,
+            mode_changes_left: context.options.max_mode_changes,
         }
     }
 
@@ -66,7 +66,9 @@ impl Dialogue for Stopping {
             Err(error) => error,
         };
         match error.refusal() {
-            Some(StatusMeaning::OldProtocol) => return DialogueOutcome::Fault(ScipError::Relapsed),
+            Some(StatusMeaning::OldProtocol) => {
+                return DialogueOutcome::Fault(ScipError::FellBackToScip11);
+            }
             Some(StatusMeaning::Undefined)
                 if !self.leaving_time_adjust && self.mode_changes_left > 0 =>
             {

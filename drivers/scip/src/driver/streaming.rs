@@ -181,12 +181,12 @@ impl Streaming {
         now: Duration,
         context: &mut DriverContext,
     ) -> DialogueOutcome {
-        let relapsed = error.refusal() == Some(StatusMeaning::OldProtocol);
+        let fell_back = error.refusal() == Some(StatusMeaning::OldProtocol);
         context.reject(Rejection::Reply(error));
         self.damaged_in_a_row = self.damaged_in_a_row.saturating_add(1);
-        if relapsed {
-            DialogueOutcome::Fault(ScipError::Relapsed)
-        } else if self.damaged_in_a_row >= context.options.damaged_in_a_row {
+        if fell_back {
+            DialogueOutcome::Fault(ScipError::FellBackToScip11)
+        } else if self.damaged_in_a_row >= context.options.max_damaged_in_a_row {
             self.recover(RecoveryCause::Damage, now, context)
         } else {
             DialogueOutcome::Continue
@@ -220,7 +220,7 @@ impl Streaming {
                     advance_ms,
                     expected_ms,
                 });
-                return if jumps >= context.options.jumps_in_a_row {
+                return if jumps >= context.options.max_jumps_in_a_row {
                     Self::fault(
                         ScipError::ErraticStamps {
                             jumps,
@@ -241,7 +241,7 @@ impl Streaming {
         }
         self.damaged_in_a_row = 0;
         self.good_since_restart = self.good_since_restart.saturating_add(1);
-        if self.good_since_restart >= context.options.recovered_after {
+        if self.good_since_restart >= context.options.good_scans_to_recover {
             self.last_restart = None;
         }
         let ScipMessage {
@@ -281,12 +281,14 @@ impl Streaming {
             Err(error) => {
                 context.reject(Rejection::Reply(error.clone()));
                 match error.refusal() {
-                    Some(StatusMeaning::OldProtocol) => DialogueOutcome::Fault(ScipError::Relapsed),
+                    Some(StatusMeaning::OldProtocol) => {
+                        DialogueOutcome::Fault(ScipError::FellBackToScip11)
+                    }
                     // The plan itself is refused: a restart would not help.
                     Some(StatusMeaning::BadParameter(_)) => {
                         if let StreamStage::Requested(pending) = &mut self.stage {
                             pending.note_error(error);
-                            context.emit(LaserEvent::Failed(pending.failure()));
+                            context.emit(LaserEvent::RequestFailed(pending.failure()));
                         }
                         DialogueOutcome::Idle
                     }
@@ -326,7 +328,7 @@ impl Streaming {
             Err(error) => {
                 context.reject(Rejection::Reply(error.clone()));
                 if error.refusal() == Some(StatusMeaning::OldProtocol) {
-                    return DialogueOutcome::Fault(ScipError::Relapsed);
+                    return DialogueOutcome::Fault(ScipError::FellBackToScip11);
                 }
                 let again = match &mut self.stage {
                     StreamStage::Restarting(_, pending) => pending.retry_after(error, now, context),

@@ -57,7 +57,7 @@ impl TimeExchange {
         DialogueOutcome::Continue
     }
 
-    fn take(
+    fn handle_reply(
         &mut self,
         message: &ScipMessage,
         now: Duration,
@@ -82,7 +82,7 @@ impl TimeExchange {
             TimeExchangeStep::Leave => {
                 LeaveTimeAdjust.parse(message)?;
                 context.emit(match self.failure.take() {
-                    Some(error) if self.samples == 0 => LaserEvent::Failed(error),
+                    Some(error) if self.samples == 0 => LaserEvent::RequestFailed(error),
                     _ => LaserEvent::TimeExchanged {
                         samples: self.samples,
                     },
@@ -108,14 +108,14 @@ impl Dialogue for TimeExchange {
         now: Duration,
         context: &mut DriverContext,
     ) -> DialogueOutcome {
-        let error = match self.take(message, now, context) {
+        let error = match self.handle_reply(message, now, context) {
             Ok(outcome) => return outcome,
             Err(ReplyError::Echo { .. }) => return DialogueOutcome::Continue,
             Err(error) => error,
         };
         context.reject(Rejection::Reply(error.clone()));
         if error.refusal() == Some(StatusMeaning::OldProtocol) {
-            return DialogueOutcome::Fault(ScipError::Relapsed);
+            return DialogueOutcome::Fault(ScipError::FellBackToScip11);
         }
         match self.step {
             TimeExchangeStep::Enter | TimeExchangeStep::Leave => {
@@ -133,7 +133,7 @@ impl Dialogue for TimeExchange {
                 self.failure = Some(self.pending.failure());
                 self.leave(now, context)
             }
-            // A damaged time uses up one request, so that lasting damage ends too.
+            // A damaged time uses up one request, so a permanently bad line ends the exchange.
             TimeExchangeStep::Read => {
                 self.pending.note_error(error);
                 self.failure = Some(self.pending.failure());

@@ -193,7 +193,7 @@ impl EmulatedLaser {
         let stream = self.state.stream.as_ref().map(|stream| match stream.pause {
             Some(pause) => (pause.until, DueTask::EndOfPause),
             None => (
-                self.motor.step_of(
+                self.motor.step_time(
                     stream.next_revolution,
                     u64::from(self.options.profile.max_step),
                 ),

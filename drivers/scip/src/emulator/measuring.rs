@@ -40,7 +40,7 @@ impl EmulatedLaser {
         }
         let current = self.motor.revolution_at(t);
         let last_step = u64::from(self.options.profile.max_step);
-        let latest = if self.motor.step_of(current, last_step) <= t {
+        let latest = if self.motor.step_time(current, last_step) <= t {
             current
         } else {
             current.saturating_sub(1)

@@ -13,7 +13,7 @@ struct SpeedSegment {
 }
 
 impl SpeedSegment {
-    fn start_of(&self, revolution: u64) -> Duration {
+    fn start_time(&self, revolution: u64) -> Duration {
         self.start
             + picoseconds(
                 u128::from(revolution.saturating_sub(self.first)) * u128::from(self.period_ps),
@@ -63,7 +63,7 @@ impl Motor {
         let guess = segment.first
             + u64::try_from(ps / u128::from(segment.period_ps)).unwrap_or(u64::MAX / 2);
         // Starts are truncated to nanoseconds: the next one may already have begun.
-        if self.start_of(guess + 1) <= t {
+        if self.start_time(guess + 1) <= t {
             guess + 1
         } else {
             guess
@@ -71,41 +71,41 @@ impl Motor {
     }
 
     /// The instant of step 0.
-    pub(super) fn start_of(&self, revolution: u64) -> Duration {
-        self.segment(revolution).start_of(revolution)
+    pub(super) fn start_time(&self, revolution: u64) -> Duration {
+        self.segment(revolution).start_time(revolution)
     }
 
     pub(super) fn period_of(&self, revolution: u64) -> Duration {
         picoseconds(u128::from(self.segment(revolution).period_ps))
     }
 
-    pub(super) fn step_of(&self, revolution: u64, step: u64) -> Duration {
+    pub(super) fn step_time(&self, revolution: u64, step: u64) -> Duration {
         let segment = self.segment(revolution);
         let part = u128::from(segment.period_ps) * u128::from(step) / u128::from(self.steps);
-        segment.start_of(revolution) + picoseconds(part)
+        segment.start_time(revolution) + picoseconds(part)
     }
 
     /// The first command tick after `t`.
     pub(super) fn tick_after(&self, t: Duration) -> Duration {
         let revolution = self.revolution_at(t);
-        let tick = self.tick_of(revolution);
+        let tick = self.tick_time(revolution);
         if tick > t {
             tick
         } else {
-            self.tick_of(revolution + 1)
+            self.tick_time(revolution + 1)
         }
     }
 
-    fn tick_of(&self, revolution: u64) -> Duration {
+    fn tick_time(&self, revolution: u64) -> Duration {
         let segment = self.segment(revolution);
-        segment.start_of(revolution)
+        segment.start_time(revolution)
             + picoseconds(u128::from(segment.period_ps) * u128::from(TICK_PERMILLE) / 1000)
     }
 
     /// From the next revolution on.
     pub(super) fn set_speed(&mut self, rpm: u32, now: Duration) {
         let first = self.revolution_at(now) + 1;
-        let start = self.start_of(first);
+        let start = self.start_time(first);
         if let Some(next) = self.next.filter(|next| now >= next.start) {
             self.now = next;
         }
@@ -137,8 +137,8 @@ mod tests {
         assert_eq!(motor.revolution_at(Duration::ZERO), 0);
         assert_eq!(motor.revolution_at(106 * MS), 0);
         assert_eq!(motor.revolution_at(107 * MS), 1);
-        assert_eq!(motor.start_of(3), 307 * MS);
-        assert_eq!(motor.step_of(3, 768), 382 * MS);
+        assert_eq!(motor.start_time(3), 307 * MS);
+        assert_eq!(motor.step_time(3, 768), 382 * MS);
         assert_eq!(motor.tick_after(100 * MS), 101 * MS);
         assert_eq!(motor.tick_after(101 * MS), 201 * MS);
     }
@@ -147,21 +147,24 @@ mod tests {
     fn a_new_speed_begins_with_the_next_revolution() {
         let mut motor = Motor::new(Duration::ZERO, 600, 1.0, 1024);
         motor.set_speed(540, 194 * MS);
-        assert_eq!(motor.start_of(2), 200 * MS);
+        assert_eq!(motor.start_time(2), 200 * MS);
         assert_eq!(motor.period_of(1), 100 * MS);
         assert_eq!(motor.period_of(2).as_nanos(), 111_111_111);
         motor.set_speed(600, 250 * MS);
         assert_eq!(motor.period_of(2).as_nanos(), 111_111_111);
-        assert_eq!(motor.start_of(3).as_nanos(), 311_111_111);
-        assert_eq!(motor.revolution_at(motor.start_of(4)), 4);
-        assert_eq!((motor.start_of(5) - motor.start_of(4)), 100 * MS);
+        assert_eq!(motor.start_time(3).as_nanos(), 311_111_111);
+        assert_eq!(motor.revolution_at(motor.start_time(4)), 4);
+        assert_eq!((motor.start_time(5) - motor.start_time(4)), 100 * MS);
     }
 
     #[test]
     fn starts_and_indices_agree_after_days() {
         let motor = Motor::new(Duration::ZERO, 600, 1.0013 * 1.0012, 1024);
         for revolution in [0u64, 1, 999, 864_000, 86_400_000] {
-            assert_eq!(motor.revolution_at(motor.start_of(revolution)), revolution);
+            assert_eq!(
+                motor.revolution_at(motor.start_time(revolution)),
+                revolution
+            );
         }
     }
 }

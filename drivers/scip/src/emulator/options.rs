@@ -6,7 +6,7 @@ use super::profile::LaserProfile;
 /// Options of an [`EmulatedLaser`](super::EmulatedLaser).
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaserOptions {
-    /// The model.
+    /// Model and firmware: commands, texts and ranges of the emulated laser.
     pub profile: LaserProfile,
     /// Rate of the timer against the host's clock, minus one; measured: +0.0013 (scip2 section 8).
     pub clock_rate_error: f64,

@@ -7,7 +7,7 @@ pub enum LaserGeneration {
     /// URG-04LX and relatives: distances only, one command per revolution.
     Urg,
     /// UTM-30LX on USB: `ME GE` (intensity) and `RT`; no `CR`, `HS`, `DB`.
-    Top,
+    TopUrg,
     /// UST and UTM-30LX-EW on Ethernet, SCIP 2.2: also `ND NE HD HE` (multiple echoes), `RB`, `%ST`, `%SL`, `$IP`;
     /// answers `TM1` outside time adjust too.
     Ethernet,
@@ -143,7 +143,7 @@ impl LaserProfile {
     /// number and the date of its firmware are made up, since scip2 has none.
     pub fn utm_30lx() -> Self {
         Self {
-            generation: LaserGeneration::Top,
+            generation: LaserGeneration::TopUrg,
             model: "UTM-30LX(Hokuyo Automatic Co.,Ltd.)",
             product: "SOKUIKI Sensor TOP-URG UTM-30LX",
             firmware: "P.1.05(01/Apr./2008)".to_owned(),

@@ -77,7 +77,7 @@ enum Availability {
     All,
     Urg,
     /// UTM and Ethernet models.
-    Top,
+    TopUrg,
     Ethernet,
 }
 
@@ -86,7 +86,7 @@ impl Availability {
         match self {
             Self::All => true,
             Self::Urg => generation == LaserGeneration::Urg,
-            Self::Top => generation.has_intensity(),
+            Self::TopUrg => generation.has_intensity(),
             Self::Ethernet => generation.is_ethernet(),
         }
     }
@@ -114,9 +114,9 @@ const COMMANDS: [(&[u8], EmulatedCommand, usize, Availability); 25] = [
     (b"GS", EmulatedCommand::Latest, 10, Availability::All),
     (b"MD", EmulatedCommand::Stream, 13, Availability::All),
     (b"MS", EmulatedCommand::Stream, 13, Availability::All),
-    (b"GE", EmulatedCommand::Latest, 10, Availability::Top),
-    (b"ME", EmulatedCommand::Stream, 13, Availability::Top),
-    (b"RT", EmulatedCommand::SoftReset, 0, Availability::Top),
+    (b"GE", EmulatedCommand::Latest, 10, Availability::TopUrg),
+    (b"ME", EmulatedCommand::Stream, 13, Availability::TopUrg),
+    (b"RT", EmulatedCommand::SoftReset, 0, Availability::TopUrg),
     (b"HD", EmulatedCommand::Latest, 10, Availability::Ethernet),
     (b"HE", EmulatedCommand::Latest, 10, Availability::Ethernet),
     (b"ND", EmulatedCommand::Stream, 13, Availability::Ethernet),
@@ -305,7 +305,7 @@ mod tests {
 
     #[test]
     fn each_generation_knows_its_own() {
-        use LaserGeneration::{Ethernet, Top, Urg};
+        use LaserGeneration::{Ethernet, TopUrg, Urg};
         for (line, command, urg, top, ethernet) in [
             (
                 "ME0000108001000",
@@ -330,7 +330,7 @@ mod tests {
             ("%ST", EmulatedCommand::State, false, false, true),
             ("%SL", EmulatedCommand::Sleep, false, false, true),
         ] {
-            for (generation, knows) in [(Urg, urg), (Top, top), (Ethernet, ethernet)] {
+            for (generation, knows) in [(Urg, urg), (TopUrg, top), (Ethernet, ethernet)] {
                 let expected = if knows {
                     Ok(command)
                 } else {

@@ -9,9 +9,9 @@ use super::status::ReplyStatus;
 use super::wire::decimal;
 use std::time::Duration;
 
-/// 00, or the number of the error.
-fn done_or(wrong: Option<u8>) -> ReplyStatus {
-    wrong.map_or(ReplyStatus::DONE, ReplyStatus::number)
+/// The number of the error, or 00 without one.
+fn status_from_error(error: Option<u8>) -> ReplyStatus {
+    error.map_or(ReplyStatus::DONE, ReplyStatus::number)
 }
 
 impl EmulatedLaser {
@@ -20,7 +20,7 @@ impl EmulatedLaser {
         if self.options.profile.generation.is_ethernet() {
             return ReplyStatus::NOT_SUPPORTED;
         }
-        let wrong = match decimal(parameters) {
+        let error = match decimal(parameters) {
             None => Some(1),
             Some(_) if self.options.profile.usb_only_text.is_some() => Some(4),
             Some(baud) if baud == BAUD_OF_OTHER_MODELS => Some(4),
@@ -31,7 +31,7 @@ impl EmulatedLaser {
                 None
             }
         };
-        done_or(wrong)
+        status_from_error(error)
     }
 
     /// `CR`: 00 and 99 both mean the nominal speed. The UTM answers 04 (logs L3 and L4).
@@ -39,7 +39,7 @@ impl EmulatedLaser {
         let level = match (decimal(parameters), self.options.profile.generation) {
             (_, LaserGeneration::Ethernet) => return ReplyStatus::NOT_SUPPORTED,
             (None, _) => return ReplyStatus::number(1),
-            (_, LaserGeneration::Top) => return ReplyStatus::number(4),
+            (_, LaserGeneration::TopUrg) => return ReplyStatus::number(4),
             (Some(99), _) => 0,
             (Some(level), _) => level,
         };
@@ -97,7 +97,7 @@ impl EmulatedLaser {
             b"10" => {
                 let over = self.state.simulation.take().is_none();
                 self.state.malfunction = None;
-                return Ok(done_or(over.then_some(3)));
+                return Ok(status_from_error(over.then_some(3)));
             }
             _ => return Ok(ReplyStatus::number(1)),
         };

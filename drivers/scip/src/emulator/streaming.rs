@@ -45,7 +45,7 @@ impl EmulatedLaser {
         let scan = match before {
             Some(scan) if scan.revolution == revolution => scan,
             before => {
-                let start = self.motor.start_of(revolution);
+                let start = self.motor.start_time(revolution);
                 let frozen = before.is_some() && self.faults.happens(LaserFault::FrozenData, t);
                 let repeated =
                     before.is_some() && self.faults.happens(LaserFault::RepeatedStamp, t);
@@ -85,7 +85,7 @@ impl EmulatedLaser {
         let front_step = profile.front_step as usize;
         let mut ranges = vec![0; profile.max_step as usize + 1];
         source.fill_revolution(
-            self.motor.start_of(revolution),
+            self.motor.start_time(revolution),
             self.motor.period_of(revolution),
             &mut ranges,
         );

@@ -85,7 +85,7 @@ impl DriverAndEmulator {
     }
 
     /// Lets time pass until such an event, or until the time-out.
-    pub(crate) fn until(
+    pub(crate) fn run_until(
         &mut self,
         timeout: Duration,
         wanted: impl Fn(&LaserEvent) -> bool,
@@ -111,16 +111,21 @@ impl DriverAndEmulator {
         }
     }
 
-    pub(crate) fn connect(&mut self) -> LaserEvent {
+    pub(crate) fn try_connect(&mut self) -> LaserEvent {
         self.driver.connect(self.now);
-        let over =
-            |event: &LaserEvent| matches!(event, LaserEvent::Connected(_) | LaserEvent::Fault(_));
+        let over = |event: &LaserEvent| {
+            matches!(
+                event,
+                LaserEvent::Connected(_) | LaserEvent::ConnectionFailed(_)
+            )
+        };
         let timeout = Duration::from_secs(16);
-        self.until(timeout, over).expect("an end, in bounded time")
+        self.run_until(timeout, over)
+            .expect("an end, in bounded time")
     }
 
-    pub(crate) fn connected(&mut self) {
-        let event = self.connect();
+    pub(crate) fn connect(&mut self) {
+        let event = self.try_connect();
         assert!(matches!(event, LaserEvent::Connected(_)), "{event:?}");
     }
 
@@ -146,10 +151,12 @@ impl DriverAndEmulator {
         let mut scans = 0;
         while self.now < end {
             let left = end - self.now;
-            let event = self.until(left, |event| {
+            let event = self.run_until(left, |event| {
                 matches!(
                     event,
-                    LaserEvent::Scan { .. } | LaserEvent::LostScans(_) | LaserEvent::Fault(_)
+                    LaserEvent::Scan { .. }
+                        | LaserEvent::LostScans(_)
+                        | LaserEvent::ConnectionFailed(_)
                 )
             });
             match event {

@@ -27,7 +27,7 @@ pub(in crate::shape) fn match_classes(
     let axes = principal_axes(&moments.covariance);
     let view = Unit::try_new(-observed.sensor.coords, 1e-9).unwrap_or_else(Vector3::x_axis);
     let noiseless = moments.covariance - Matrix3::identity() * (noise_m * noise_m);
-    let starts = Primitive::starts(&Point3::origin(), &noiseless, &view, &axes);
+    let starts = Primitive::initial_guesses(&Point3::origin(), &noiseless, &view, &axes);
 
     let mut fits: Vec<Vec<MatchedPrimitive>> = starts
         .into_iter()

@@ -194,7 +194,7 @@ pub(super) fn superquadric_starts(
             Primitive::Cuboid(b) => (*b.rotation.matrix(), b.sides_m, 0.4),
             Primitive::Sphere(s) => (eigen, [2.0 * s.radius_m; 3], 1.0),
             Primitive::Cylinder(c) => (
-                primitive.rotation(&observed.sensor),
+                primitive.canonical_rotation(&observed.sensor),
                 [2.0 * c.radius_m, 2.0 * c.radius_m, c.length_m],
                 0.7,
             ),

@@ -72,15 +72,15 @@ impl Primitive {
 
     /// Its axes as columns, right-handed. What a symmetry leaves open is fixed by the sensor's position: a cylinder's first
     /// column and a plane's normal point towards it.
-    pub fn rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
+    pub fn canonical_rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
         match self {
             // A sphere has no axes: those of the frame.
             Self::Sphere(_) => Matrix3::identity(),
-            Self::Cylinder(c) => c.rotation(sensor),
-            Self::Plane(p) => p.rotation(sensor),
-            Self::Cuboid(b) => b.rotation(),
-            Self::Cone(c) => c.rotation(sensor),
-            Self::Superquadric(s) => s.rotation(),
+            Self::Cylinder(c) => c.canonical_rotation(sensor),
+            Self::Plane(p) => p.canonical_rotation(sensor),
+            Self::Cuboid(b) => b.canonical_rotation(),
+            Self::Cone(c) => c.canonical_rotation(sensor),
+            Self::Superquadric(s) => s.canonical_rotation(),
         }
     }
 
@@ -204,24 +204,24 @@ impl Primitive {
         }
     }
 
-    /// Starts of the paper's classes for the given moments, by class; `axes` are the covariance's eigenvectors and `view`
-    /// points from the sensor to the object.
-    pub(in crate::shape) fn starts(
+    /// Initial guesses of the paper's classes for the given moments, by class; `axes` are the covariance's eigenvectors and
+    /// `view` points from the sensor to the object.
+    pub(in crate::shape) fn initial_guesses(
         mean: &Point3<f64>,
         covariance: &Matrix3<f64>,
         view: &Unit<Vector3<f64>>,
         axes: &[Unit<Vector3<f64>>],
     ) -> Vec<Vec<Self>> {
         vec![
-            Sphere::starts(mean, covariance, view)
+            Sphere::initial_guesses(mean, covariance, view)
                 .into_iter()
                 .map(Self::Sphere)
                 .collect(),
-            Cylinder::starts(mean, covariance, view, axes)
+            Cylinder::initial_guesses(mean, covariance, view, axes)
                 .into_iter()
                 .map(Self::Cylinder)
                 .collect(),
-            Plane::starts(mean, covariance, axes)
+            Plane::initial_guesses(mean, covariance, axes)
                 .into_iter()
                 .map(Self::Plane)
                 .collect(),

@@ -174,7 +174,7 @@ impl Cone {
     }
 
     /// Axis third, towards the apex; first towards the sensor.
-    pub(super) fn rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
+    pub(super) fn canonical_rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
         rotation_with_third(&self.axis, &(sensor - self.centre))
     }
 }

@@ -149,7 +149,7 @@ impl Cuboid {
     }
 
     /// Longest side first, shortest third; the greatest coordinate of third and first is positive.
-    pub(super) fn rotation(&self) -> Matrix3<f64> {
+    pub(super) fn canonical_rotation(&self) -> Matrix3<f64> {
         let upright = |k: usize| {
             let axis: Vector3<f64> = self.rotation.matrix().column(k).into_owned();
             axis * axis[axis.iamax()].signum()
@@ -212,7 +212,7 @@ mod tests {
     fn sides_are_sorted_longest_first_in_a_rotation() {
         let b = example_box();
         assert_eq!(b.size_m(), [0.6, 0.4, 0.2]);
-        let r = b.rotation();
+        let r = b.canonical_rotation();
         assert!((r.determinant() - 1.0).abs() < 1e-12);
         assert!((r.column(0) - Vector3::y()).norm() < 1e-12);
         assert!((r.column(2) - Vector3::z()).norm() < 1e-12);

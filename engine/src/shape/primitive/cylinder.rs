@@ -134,7 +134,7 @@ impl Cylinder {
     }
 
     /// Cylinders along each of `axes` with these far-view moments (docs/shapes.md section 4).
-    pub(super) fn starts(
+    pub(super) fn initial_guesses(
         mean: &Point3<f64>,
         covariance: &Matrix3<f64>,
         view: &Unit<Vector3<f64>>,
@@ -176,7 +176,7 @@ impl Cylinder {
     }
 
     /// Axis third, with its greatest coordinate positive; first towards the sensor.
-    pub(in crate::shape) fn rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
+    pub(in crate::shape) fn canonical_rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
         let axis = if self.axis[self.axis.iamax()] < 0.0 {
             -self.axis
         } else {

@@ -58,7 +58,7 @@ impl Plane {
 
     /// Rectangles with these far-view moments (docs/shapes.md section 4) and each of `axes` as normal but the first, along
     /// which the points spread most.
-    pub(super) fn starts(
+    pub(super) fn initial_guesses(
         mean: &Point3<f64>,
         covariance: &Matrix3<f64>,
         axes: &[Unit<Vector3<f64>>],
@@ -119,7 +119,7 @@ impl Plane {
     }
 
     /// Normal third, towards the sensor; longer side first, its greatest coordinate positive.
-    pub(super) fn rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
+    pub(super) fn canonical_rotation(&self, sensor: &Point3<f64>) -> Matrix3<f64> {
         let plane = self.longer_first();
         let mut normal = plane.normal();
         if plane.distance_m(sensor) < 0.0 {

@@ -67,7 +67,7 @@ impl Sphere {
     }
 
     /// Spheres with these far-view moments (docs/shapes.md section 4), across and along the view.
-    pub(super) fn starts(
+    pub(super) fn initial_guesses(
         mean: &Point3<f64>,
         covariance: &Matrix3<f64>,
         view: &Unit<Vector3<f64>>,

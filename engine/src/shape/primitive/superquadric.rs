@@ -200,7 +200,7 @@ impl Superquadric {
     }
 
     /// The equation's z third, x first; the greatest coordinate of both is positive.
-    pub(super) fn rotation(&self) -> Matrix3<f64> {
+    pub(super) fn canonical_rotation(&self) -> Matrix3<f64> {
         let own = self.longer_first();
         let upright = |k: usize| {
             let axis: Vector3<f64> = own.rotation.matrix().column(k).into_owned();

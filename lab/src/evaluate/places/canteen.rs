@@ -58,11 +58,11 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
         let piece = if builder.rng.chance(0.5) {
             furniture::can(builder.rng, 0.12)
         } else {
-            furniture::goods(builder.rng, 0.3)
+            furniture::small_box(builder.rng, 0.3)
         };
         builder.put_on_top(&piece);
     }
-    builder.with_robot()
+    builder.build_with_robot()
 }
 
 /// A round table on a column and a foot.
@@ -76,7 +76,7 @@ fn round_table(rng: &mut SeededRng) -> Furniture {
             FurniturePart::Upright([0.0, 0.0, height / 2.0], 0.035, height - 0.04),
             FurniturePart::Upright([0.0, 0.0, 0.015], 0.6 * radius, 0.03),
         ],
-        half: [radius; 2],
+        half_footprint_m: [radius; 2],
         height_m: height,
         tops: vec![([0.0; 2], [inner; 2], height)],
         removable: false,
@@ -85,23 +85,23 @@ fn round_table(rng: &mut SeededRng) -> Furniture {
 
 /// A counter with a board above it.
 fn counter(rng: &mut SeededRng) -> Furniture {
-    let half = [rng.uniform(0.3, 0.45), rng.uniform(0.8, 1.8)];
+    let half_footprint_m = [rng.uniform(0.3, 0.45), rng.uniform(0.8, 1.8)];
     let height = rng.uniform(0.9, 1.1);
     Furniture {
         name: "counter",
         parts: vec![
             FurniturePart::Box(
                 [0.0, 0.0, height / 2.0],
-                [1.7 * half[0], 2.0 * half[1], height],
+                [1.7 * half_footprint_m[0], 2.0 * half_footprint_m[1], height],
             ),
             FurniturePart::Box(
                 [0.0, 0.0, height + 0.02],
-                [2.0 * half[0], 2.0 * half[1], 0.04],
+                [2.0 * half_footprint_m[0], 2.0 * half_footprint_m[1], 0.04],
             ),
         ],
-        half,
+        half_footprint_m,
         height_m: height + 0.04,
-        tops: vec![([0.0; 2], half, height + 0.04)],
+        tops: vec![([0.0; 2], half_footprint_m, height + 0.04)],
         removable: false,
     }
 }
@@ -117,7 +117,7 @@ fn partition(rng: &mut SeededRng) -> Furniture {
             foot(wide / 2.0 - 0.1),
             foot(0.1 - wide / 2.0),
         ],
-        half: [0.2, wide / 2.0],
+        half_footprint_m: [0.2, wide / 2.0],
         height_m: high,
         tops: Vec::new(),
         removable: true,

@@ -60,7 +60,7 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
         let pipe = Furniture {
             name: "pipe",
             parts: vec![FurniturePart::Lying([0.0; 3], radius, size[0] - 0.1)],
-            half: [radius, size[0] / 2.0],
+            half_footprint_m: [radius, size[0] / 2.0],
             height_m: radius,
             tops: Vec::new(),
             removable: false,
@@ -78,5 +78,5 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
         };
         builder.put_at_wall(&piece);
     }
-    builder.with_robot()
+    builder.build_with_robot()
 }

@@ -47,7 +47,7 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
             1 => furniture::plant(builder.rng),
             2 => furniture::bin(builder.rng),
             3 => furniture::cupboard(builder.rng),
-            _ => furniture::goods(builder.rng, 0.9),
+            _ => furniture::small_box(builder.rng, 0.9),
         };
         if builder.rng.chance(0.5) {
             builder.put_at_wall(&piece);
@@ -57,5 +57,5 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
     }
     // The corner at +x +y: at least one wall is within reach.
     let (near, far) = (builder.rng.uniform(0.8, 2.0), builder.rng.uniform(2.5, 5.0));
-    builder.with_robot_in([x - far, x - near, y - far, y - near])
+    builder.build_with_robot_in([x - far, x - near, y - far, y - near])
 }

@@ -49,7 +49,7 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
     }
     for _ in 0..builder.rng.integer(8, 24) {
         let piece = if builder.rng.chance(0.5) {
-            furniture::goods(builder.rng, 0.5)
+            furniture::small_box(builder.rng, 0.5)
         } else {
             furniture::can(builder.rng, 0.12)
         };
@@ -68,7 +68,7 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
         let pipe = Furniture {
             name: "pipe",
             parts: vec![FurniturePart::Lying([0.0; 3], radius, size[1] - 0.1)],
-            half: [radius, size[1] / 2.0],
+            half_footprint_m: [radius, size[1] / 2.0],
             height_m: radius,
             tops: Vec::new(),
             removable: false,
@@ -76,7 +76,7 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
         let at = Point3::new(0.5 * i as f64 - 0.5, 0.0, size[2] - 0.3);
         builder.put(&pipe, &FurniturePose { at, yaw_deg: 0.0 });
     }
-    builder.with_robot()
+    builder.build_with_robot()
 }
 
 /// A fume hood: a low cupboard, above it a chamber open to the front.
@@ -97,7 +97,7 @@ fn fume_hood(rng: &mut SeededRng) -> Furniture {
             ),
             FurniturePart::Box([0.0, 0.0, high - 0.15], [deep, wide, 0.3]),
         ],
-        half: [deep / 2.0, wide / 2.0],
+        half_footprint_m: [deep / 2.0, wide / 2.0],
         height_m: high,
         tops: vec![([0.0; 2], [deep / 2.0 - 0.1, wide / 2.0 - 0.1], low)],
         removable: false,
@@ -113,7 +113,7 @@ fn bottle(rng: &mut SeededRng) -> Furniture {
             FurniturePart::Upright([0.0, 0.0, height / 2.0], radius, height),
             FurniturePart::Sphere([0.0, 0.0, height], radius),
         ],
-        half: [radius; 2],
+        half_footprint_m: [radius; 2],
         height_m: height + radius,
         tops: Vec::new(),
         removable: true,

@@ -37,7 +37,11 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
     door.furnish(&mut builder);
     if windows > 0 {
         let radiator = furniture::radiator(builder.rng);
-        let at = Point3::new(size[0] / 2.0 - radiator.half[0] - 0.04, 0.0, 0.0);
+        let at = Point3::new(
+            size[0] / 2.0 - radiator.half_footprint_m[0] - 0.04,
+            0.0,
+            0.0,
+        );
         builder.put(&radiator, &FurniturePose { at, yaw_deg: 180.0 });
     }
     if builder.rng.chance(0.3) {
@@ -65,8 +69,8 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
         builder.put_anywhere(&chair);
     }
     for _ in 0..builder.rng.integer(2, 10) {
-        let goods = furniture::goods(builder.rng, 0.35);
-        builder.put_on_top(&goods);
+        let small_box = furniture::small_box(builder.rng, 0.35);
+        builder.put_on_top(&small_box);
     }
     for _ in 0..builder.rng.integer(0, 2) {
         let piece = if builder.rng.chance(0.5) {
@@ -76,5 +80,5 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
         };
         builder.put_anywhere(&piece);
     }
-    builder.with_robot()
+    builder.build_with_robot()
 }

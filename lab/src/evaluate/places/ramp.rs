@@ -54,7 +54,7 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
             1 => furniture::plant(builder.rng),
             2 => furniture::bin(builder.rng),
             3 => furniture::cupboard(builder.rng),
-            _ => furniture::goods(builder.rng, 0.7),
+            _ => furniture::small_box(builder.rng, 0.7),
         };
         if builder.rng.chance(0.6) {
             builder.put_at_wall(&piece);
@@ -62,7 +62,7 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
             builder.put_anywhere(&piece);
         }
     }
-    builder.with_robot()
+    builder.build_with_robot()
 }
 
 /// A level floor between two x.

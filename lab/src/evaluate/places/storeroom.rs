@@ -29,7 +29,7 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
     }
     for _ in 0..builder.rng.integer(8, 35) {
         let piece = if builder.rng.chance(0.75) {
-            furniture::goods(builder.rng, 0.45)
+            furniture::small_box(builder.rng, 0.45)
         } else {
             furniture::can(builder.rng, 0.16)
         };
@@ -39,9 +39,9 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
         let piece = match builder.rng.integer(0, 3) {
             0 => furniture::bin(builder.rng),
             1 => furniture::can(builder.rng, 0.3),
-            _ => furniture::goods(builder.rng, 0.7),
+            _ => furniture::small_box(builder.rng, 0.7),
         };
         builder.put_anywhere(&piece);
     }
-    builder.with_robot()
+    builder.build_with_robot()
 }

@@ -36,7 +36,7 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
         let piece = match builder.rng.integer(0, 2) {
             0 => furniture::can(builder.rng, 0.15),
             1 => hopper(builder.rng),
-            _ => furniture::goods(builder.rng, 0.4),
+            _ => furniture::small_box(builder.rng, 0.4),
         };
         builder.put_on_top(&piece);
     }
@@ -46,7 +46,7 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
             1 => furniture::can(builder.rng, 0.28),
             2 => hopper(builder.rng),
             3 => furniture::bin(builder.rng),
-            _ => furniture::goods(builder.rng, 0.8),
+            _ => furniture::small_box(builder.rng, 0.8),
         };
         builder.put_anywhere(&piece);
     }
@@ -57,7 +57,7 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
                 FurniturePart::Cone([0.0; 3], 0.2, 0.2),
                 FurniturePart::Upright([0.0, 0.0, 0.4], 0.01, 0.5),
             ],
-            half: [0.2; 2],
+            half_footprint_m: [0.2; 2],
             height_m: 0.65,
             tops: Vec::new(),
             removable: false,
@@ -65,25 +65,28 @@ pub(crate) fn build(rng: &mut SeededRng) -> Option<SimulatedPlace> {
         let at = Point3::new(1.5 * i as f64 - 0.7, 0.3, size[2] - 0.9);
         builder.put(&lamp, &FurniturePose { at, yaw_deg: 0.0 });
     }
-    builder.with_robot()
+    builder.build_with_robot()
 }
 
 /// A machine: a bed, a column, a horizontal spindle.
 fn machine(rng: &mut SeededRng) -> Furniture {
-    let half = [rng.uniform(0.35, 0.6), rng.uniform(0.5, 1.1)];
+    let half_footprint_m = [rng.uniform(0.35, 0.6), rng.uniform(0.5, 1.1)];
     let (bed, top) = (rng.uniform(0.7, 1.0), rng.uniform(1.3, 1.9));
     let radius = rng.uniform(0.08, 0.18);
     Furniture {
         name: "machine",
         parts: vec![
-            FurniturePart::Box([0.0, 0.0, bed / 2.0], [2.0 * half[0], 2.0 * half[1], bed]),
             FurniturePart::Box(
-                [0.2 - half[0], 0.0, (bed + top) / 2.0],
+                [0.0, 0.0, bed / 2.0],
+                [2.0 * half_footprint_m[0], 2.0 * half_footprint_m[1], bed],
+            ),
+            FurniturePart::Box(
+                [0.2 - half_footprint_m[0], 0.0, (bed + top) / 2.0],
                 [0.35, 0.5, top - bed],
             ),
-            FurniturePart::Lying([0.1, 0.0, bed + radius + 0.1], radius, half[1]),
+            FurniturePart::Lying([0.1, 0.0, bed + radius + 0.1], radius, half_footprint_m[1]),
         ],
-        half,
+        half_footprint_m,
         height_m: top,
         tops: Vec::new(),
         removable: false,
@@ -97,7 +100,7 @@ fn hopper(rng: &mut SeededRng) -> Furniture {
     Furniture {
         name: "cone",
         parts: vec![FurniturePart::Cone([0.0; 3], radius, height)],
-        half: [radius; 2],
+        half_footprint_m: [radius; 2],
         height_m: height,
         tops: Vec::new(),
         removable: true,

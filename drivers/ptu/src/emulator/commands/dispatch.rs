@@ -28,7 +28,7 @@ impl EmulatedHead {
     fn perform(&mut self, command: HeadRequest) -> RequestResult {
         match command {
             HeadRequest::Axis(axis, parameter, value) => match parameter {
-                AxisParameter::Position | AxisParameter::Offset => {
+                AxisParameter::Position | AxisParameter::RelativePosition => {
                     self.position(axis, parameter, value)
                 }
                 AxisParameter::Minimum
@@ -38,27 +38,27 @@ impl EmulatedHead {
                 AxisParameter::Resolution => self.resolution(axis, value),
                 _ => self.speed(axis, parameter, value),
             },
-            HeadRequest::Hold(axis, None) => Ok(RequestOutcome::Answer(replies::hold(
+            HeadRequest::HoldPower(axis, None) => Ok(RequestOutcome::Answer(replies::hold(
                 axis,
                 self.settings.axis(axis),
             ))),
-            HeadRequest::Hold(axis, Some(power)) => {
+            HeadRequest::HoldPower(axis, Some(power)) => {
                 self.settings.axis_mut(axis).hold = power;
                 Ok(RequestOutcome::Done)
             }
-            HeadRequest::Moving(axis, None) => Ok(RequestOutcome::Answer(replies::moving(
+            HeadRequest::MovePower(axis, None) => Ok(RequestOutcome::Answer(replies::moving(
                 axis,
                 self.settings.axis(axis),
             ))),
-            HeadRequest::Moving(axis, Some(power)) => {
+            HeadRequest::MovePower(axis, Some(power)) => {
                 self.settings.axis_mut(axis).moving = power;
                 Ok(RequestOutcome::Done)
             }
-            HeadRequest::Step(axis, None) => Ok(RequestOutcome::Answer(replies::step_mode(
+            HeadRequest::StepMode(axis, None) => Ok(RequestOutcome::Answer(replies::step_mode(
                 axis,
                 self.settings.axis(axis),
             ))),
-            HeadRequest::Step(axis, Some(mode)) => {
+            HeadRequest::StepMode(axis, Some(mode)) => {
                 self.settings.axis_mut(axis).step_mode = mode;
                 Ok(RequestOutcome::Done)
             }

@@ -20,14 +20,16 @@ impl EmulatedHead {
         let here = self.axes[i].position(self.now);
         let Some(value) = value else {
             let n = match parameter {
-                AxisParameter::Offset => self.held_back[i].unwrap_or(self.axes[i].target()),
+                AxisParameter::RelativePosition => {
+                    self.held_back[i].unwrap_or(self.axes[i].target())
+                }
                 _ => here,
             };
             return Ok(RequestOutcome::Answer(replies::parameter(
                 axis, parameter, n,
             )));
         };
-        let target = if parameter == AxisParameter::Offset {
+        let target = if parameter == AxisParameter::RelativePosition {
             here.saturating_add(value)
         } else {
             value

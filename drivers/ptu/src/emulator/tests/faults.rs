@@ -4,7 +4,7 @@ use super::{Host, options};
 use crate::emulator::HeadOptions;
 
 #[test]
-fn lost_steps_are_hidden() {
+fn lost_steps_do_not_show_in_the_reported_position() {
     let mut host = Host::new(options());
     host.inject("lost-steps:axis=tilt,steps=15,at=0.5,count=2,every=0.1");
     host.send("TP400 ");
@@ -68,7 +68,7 @@ fn noise_on_the_line() {
 }
 
 #[test]
-fn settings_return_and_power_goes() {
+fn echo_verbose_and_power_cycle_faults_undo_settings() {
     let mut host = Host::new(options());
     host.inject("echo");
     host.inject("verbose");

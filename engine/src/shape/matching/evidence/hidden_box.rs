@@ -78,12 +78,12 @@ mod tests {
             BeamDensity::SolidAngle,
         );
         let facing = Matrix3::from_columns(&[Vector3::y(), Vector3::z(), Vector3::x()]);
-        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), slant_rad);
+        let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), slant_rad);
         hidden_depth_share(
             &observed,
             &Plane {
                 centre: Point3::origin(),
-                rotation: turn * Rotation3::from_matrix_unchecked(facing),
+                rotation: rotation * Rotation3::from_matrix_unchecked(facing),
                 sides_m: [0.6, 0.4],
             },
         )
@@ -92,10 +92,10 @@ mod tests {
     /// Retrieved from simulated points on such a plate 2 m ahead.
     fn shape_of_plate(slant_rad: f64, points: usize, independent_share: f64) -> Shape {
         let facing = Matrix3::from_columns(&[Vector3::y(), Vector3::z(), Vector3::x()]);
-        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), slant_rad);
+        let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), slant_rad);
         let plate = Primitive::Plane(Plane {
             centre: Point3::new(2.0, 0.0, 0.0),
-            rotation: turn * Rotation3::from_matrix_unchecked(facing),
+            rotation: rotation * Rotation3::from_matrix_unchecked(facing),
             sides_m: [0.6, 0.4],
         });
         let sensor = Point3::origin();

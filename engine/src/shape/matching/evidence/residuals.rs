@@ -1,7 +1,7 @@
 //! Residuals between a fitted surface and the points: noise, or a sign of another class.
 
 use crate::shape::constants::{
-    FACE_NOISE_POINTS, FOREIGN_SHARE, OUTLIER_SIGMAS, QUADRIC_NEIGHBOURS, UNEXPLAINED_SIGMAS,
+    FACE_NOISE_POINTS, OUTLIER_FRACTION, OUTLIER_SIGMAS, QUADRIC_NEIGHBOURS, UNEXPLAINED_SIGMAS,
 };
 use crate::shape::matching::fit::Observation;
 use crate::shape::primitive::Primitive;
@@ -36,7 +36,7 @@ pub(in crate::shape::matching) fn exceeds_outlier_count(
 
 /// Points of other surfaces or far beyond the noise that are expected among `count` points of an object.
 pub(super) fn max_outliers(count: usize) -> f64 {
-    FOREIGN_SHARE * count as f64 + FACE_NOISE_POINTS
+    OUTLIER_FRACTION * count as f64 + FACE_NOISE_POINTS
 }
 
 /// Whether the mean distances from the surface over the regions of the object are no greater than noise explains. `axes`

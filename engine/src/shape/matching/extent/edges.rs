@@ -49,7 +49,7 @@ fn normal_cdf_and_density(z: f64) -> (f64, f64) {
 /// Typical gap between neighbours along an axis, metres: half of the covered length is in gaps no larger. Rows of a scan
 /// give their spacing, however many points a row has; points at random give about 1.7 times their mean spacing. Sorts
 /// `positions`.
-pub(super) fn typical_gap_m(positions: &mut [f64]) -> f64 {
+pub(super) fn point_spacing_m(positions: &mut [f64]) -> f64 {
     positions.sort_by(f64::total_cmp);
     let mut gaps: Vec<f64> = positions.windows(2).map(|w| w[1] - w[0]).collect();
     gaps.sort_by(f64::total_cmp);
@@ -65,7 +65,7 @@ pub(super) fn typical_gap_m(positions: &mut [f64]) -> f64 {
 
 /// Gap between the rows at the upper end of the first axis, metres: from the outermost points, the median of the steps
 /// inwards to the next point that is more along the axis than across it. Neighbours in a row that runs across do not
-/// count, nor do rows elsewhere, whose positions mix in [`typical_gap_m`].
+/// count, nor do rows elsewhere, whose positions mix in [`point_spacing_m`].
 pub(super) fn gap_at_end_m(positions: &[Vector3<f64>], outermost: usize) -> f64 {
     let mut order: Vec<&Vector3<f64>> = positions.iter().collect();
     order.sort_by(|a, b| b.x.total_cmp(&a.x));
@@ -144,7 +144,7 @@ pub(super) fn maximize<const N: usize>(
 
 #[cfg(test)]
 mod tests {
-    use super::{BlurredInterval, Likelihood, gap_at_end_m, maximize, typical_gap_m};
+    use super::{BlurredInterval, Likelihood, gap_at_end_m, maximize, point_spacing_m};
     use nalgebra::{Vector2, Vector3};
 
     #[test]
@@ -171,8 +171,8 @@ mod tests {
     fn rows_give_their_spacing_despite_an_outlier() {
         let mut rows: Vec<f64> = (0..100).map(|i| f64::from(i / 10) * 0.2).collect();
         rows.push(2.5);
-        assert!((typical_gap_m(&mut rows) - 0.2).abs() < 1e-12);
-        assert!(typical_gap_m(&mut []).abs() < 1e-12);
+        assert!((point_spacing_m(&mut rows) - 0.2).abs() < 1e-12);
+        assert!(point_spacing_m(&mut []).abs() < 1e-12);
     }
 
     #[test]
@@ -187,7 +187,7 @@ mod tests {
         let gap_m = gap_at_end_m(&positions, 10);
         assert!((gap_m - 0.1).abs() < 0.02, "{gap_m}");
         let mut along: Vec<f64> = positions.iter().map(|p| p.x).collect();
-        assert!(typical_gap_m(&mut along) < 0.02);
+        assert!(point_spacing_m(&mut along) < 0.02);
         assert!(gap_at_end_m(&[], 10).abs() < 1e-12);
     }
 

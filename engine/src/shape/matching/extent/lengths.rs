@@ -1,9 +1,9 @@
 //! Lengths from the ends of the points: a plane's sides with its rotation about the normal, a cylinder's length. The
 //! moments give the start, the likelihood of the edges ([`edges`](super::edges)) the result.
 
-use super::edges::{BlurredInterval, Likelihood, gap_at_end_m, maximize, typical_gap_m};
+use super::edges::{BlurredInterval, Likelihood, gap_at_end_m, maximize, point_spacing_m};
 use crate::shape::constants::{
-    BOUNDS, FOREIGN_SHARE, MIN_BLUR_SHARE, MIN_POINTS, MIN_POINTS_NOISE, RESOLVED_ROW_SIGMAS,
+    BOUNDS, MIN_BLUR_SHARE, MIN_POINTS, MIN_POINTS_NOISE, OUTLIER_FRACTION, RESOLVED_ROW_SIGMAS,
 };
 use crate::shape::matching::estimate::PrimitiveEstimate;
 use crate::shape::matching::moments::beam_weight;
@@ -14,9 +14,9 @@ use nalgebra::{Point3, Rotation3, Vector2, Vector3, Vector5};
 
 /// What the likelihood of the edges needs besides the primitive.
 pub(in crate::shape) struct EdgeObservations<'a> {
-    /// Whether the object is of the class: the points of one that is not quite (a person) spread otherwise.
-    pub of_class: bool,
-    /// Points next to the surface; all points where the object is not of the class.
+    /// Whether most points lie on the surface. Where not (a person), the edges' likelihood does not hold.
+    pub fits_class: bool,
+    /// Points next to the surface; all points where `fits_class` is false.
     pub points: &'a [Point3<f64>],
     /// Standard deviation of a point, metres.
     pub noise_m: f64,
@@ -108,10 +108,10 @@ fn cylinder_length(
     if sorted.len() < MIN_POINTS {
         return None;
     }
-    if !observed.of_class {
+    if !observed.fits_class {
         return length_from_outermost(estimate, c, observed);
     }
-    let gap_m = typical_gap_m(&mut sorted);
+    let gap_m = point_spacing_m(&mut sorted);
     let heights = sorted;
     let (first, last) = (*heights.first()?, *heights.last()?);
     let sigma = edge_blur_m(observed, &estimate.primitive, gap_m);
@@ -121,7 +121,7 @@ fn cylinder_length(
     } else {
         &[(0.0, 1.0)]
     };
-    let side = Vector3::from(c.rotation(observed.sensor).column(0));
+    let side = Vector3::from(c.canonical_rotation(observed.sensor).column(0));
     let density_at = |u: f64| {
         let position = c.centre + side * c.radius_m + c.axis.as_ref() * u;
         observed.density_at(position, side)
@@ -135,17 +135,18 @@ fn cylinder_length(
         let total: f64 = gauss_legendre(low, high)
             .map(|(u, w)| w * density_at(u))
             .sum();
-        let by_edge = Vector2::new(-density_at(low), density_at(high));
+        let total_gradient = Vector2::new(-density_at(low), density_at(high));
         let mut sum = Likelihood::zero();
         for (&u, &w) in heights.iter().zip(&weights) {
             let (mut log, mut gradient) = (0.0, Vector2::zeros());
             for &(offset, share) in cell {
                 let b = BlurredInterval::new(u + offset * gap_m, low, high, sigma);
-                let own = (1.0 - FOREIGN_SHARE) * w / total;
-                let density = own * b.probability + FOREIGN_SHARE / span_m;
+                let own = (1.0 - OUTLIER_FRACTION) * w / total;
+                let density = own * b.probability + OUTLIER_FRACTION / span_m;
                 log += share * density.ln();
-                let by_x = Vector2::new(b.by_low, b.by_high) - by_edge * (b.probability / total);
-                gradient += by_x * (share * own / density);
+                let probability_gradient =
+                    Vector2::new(b.by_low, b.by_high) - total_gradient * (b.probability / total);
+                gradient += probability_gradient * (share * own / density);
             }
             sum.add(log, &gradient);
         }
@@ -157,8 +158,13 @@ fn cylinder_length(
     let (low, high) = (edges[0], edges[1]);
     let variance = covariance[(0, 0)] + covariance[(1, 1)] - 2.0 * covariance[(0, 1)]
         + 2.0 * edge_variance(gap_m);
-    let of_middle = covariance.sum() / 4.0 + edge_variance(gap_m) / 2.0;
-    Some(with_ends(estimate, c, [low, high], [variance, of_middle]))
+    let centre_variance = covariance.sum() / 4.0 + edge_variance(gap_m) / 2.0;
+    Some(with_ends(
+        estimate,
+        c,
+        [low, high],
+        [variance, centre_variance],
+    ))
 }
 
 /// Length of what is not quite a cylinder: from end to end of its points and half a row's spacing beyond. How they spread
@@ -168,7 +174,7 @@ fn length_from_outermost(
     c: &Cylinder,
     observed: &EdgeObservations<'_>,
 ) -> Option<PrimitiveEstimate> {
-    let frame = c.rotation(observed.sensor).transpose();
+    let frame = c.canonical_rotation(observed.sensor).transpose();
     let positions = |sign: f64| -> Vec<Vector3<f64>> {
         // Along the cylinder's own axis; that of the frame may point the other way.
         let own = observed.points.iter().map(|p| p - c.centre);
@@ -185,8 +191,8 @@ fn length_from_outermost(
         let variance = edge_variance(gap_m) + observed.noise_m * observed.noise_m;
         Some((last + gap_m / 2.0, variance))
     };
-    let ((below, of_low), (high, of_high)) = (end(-1.0)?, end(1.0)?);
-    let variance = of_low + of_high;
+    let ((below, low_variance), (high, high_variance)) = (end(-1.0)?, end(1.0)?);
+    let variance = low_variance + high_variance;
     let variances = [variance, variance / 4.0];
     Some(with_ends(estimate, c, [-below, high], variances))
 }
@@ -196,7 +202,7 @@ fn with_ends(
     estimate: &PrimitiveEstimate,
     c: &Cylinder,
     [low, high]: [f64; 2],
-    [of_length, of_middle]: [f64; 2],
+    [length_variance, centre_variance]: [f64; 2],
 ) -> PrimitiveEstimate {
     let mut measured = estimate.clone();
     measured.primitive = Primitive::Cylinder(Cylinder {
@@ -204,8 +210,8 @@ fn with_ends(
         length_m: BOUNDS.cylinder_length_m.clamp(high - low),
         ..*c
     });
-    measured.size_sd_m[2] = of_length.max(0.0).sqrt();
-    let along = of_middle.max(0.0).sqrt();
+    measured.size_sd_m[2] = length_variance.max(0.0).sqrt();
+    let along = centre_variance.max(0.0).sqrt();
     for k in 0..3 {
         let across = estimate.centre_sd_m[k] * (1.0 - c.axis[k].powi(2)).max(0.0).sqrt();
         measured.centre_sd_m[k] = across.hypot(along * c.axis[k]);
@@ -253,7 +259,7 @@ fn fit_rectangle(
     let mut sigma: f64 = 0.0;
     for k in [0, 1] {
         let mut sorted: Vec<f64> = positions.iter().map(|q| q[k]).collect();
-        gaps[k] = typical_gap_m(&mut sorted);
+        gaps[k] = point_spacing_m(&mut sorted);
         sigma = sigma.max(edge_blur_m(observed, &estimate.primitive, gaps[k]));
         let (first, last) = (*sorted.first()?, *sorted.last()?);
         start[2 * k] = first - gaps[k] / 2.0;
@@ -298,7 +304,7 @@ fn fit_rectangle(
                 .map(|(u, w)| w * at(u, v))
                 .sum()
         };
-        let by_edge = Vector5::new(
+        let total_gradient = Vector5::new(
             -column(x_low),
             column(x_high),
             -row(y_low),
@@ -312,18 +318,18 @@ fn fit_rectangle(
             for &(du, dv, share) in cells {
                 let a = BlurredInterval::new(u + du, x_low, x_high, sigma);
                 let b = BlurredInterval::new(v + dv, y_low, y_high, sigma);
-                let own = (1.0 - FOREIGN_SHARE) * w / total;
+                let own = (1.0 - OUTLIER_FRACTION) * w / total;
                 let inside = a.probability * b.probability;
-                let density = own * inside + FOREIGN_SHARE / span;
+                let density = own * inside + OUTLIER_FRACTION / span;
                 log += share * density.ln();
-                let by_x = Vector5::new(
+                let probability_gradient = Vector5::new(
                     a.by_low * b.probability,
                     a.by_high * b.probability,
                     a.probability * b.by_low,
                     a.probability * b.by_high,
                     a.by_position() * b.probability * v - a.probability * b.by_position() * u,
-                ) - by_edge * (inside / total);
-                gradient += by_x * (share * own / density);
+                ) - total_gradient * (inside / total);
+                gradient += probability_gradient * (share * own / density);
             }
             sum.add(log, &gradient);
         }
@@ -342,19 +348,19 @@ fn fit_rectangle(
     };
     let mut measured = estimate.clone();
     measured.primitive = Primitive::Plane(found);
-    let of_pair = |k: usize, sign: f64| {
+    let pair_variance = |k: usize, sign: f64| {
         let (i, j) = (2 * k, 2 * k + 1);
         covariance[(i, i)]
             + covariance[(j, j)]
             + 2.0 * sign * covariance[(i, j)]
             + 2.0 * edge_variance(gaps[k])
     };
-    let mut sds = [0, 1].map(|k| of_pair(k, -1.0).max(0.0).sqrt());
+    let mut sds = [0, 1].map(|k| pair_variance(k, -1.0).max(0.0).sqrt());
     if found.sides_m[0] < found.sides_m[1] {
         sds.swap(0, 1);
     }
     measured.size_sd_m = [sds[0], sds[1], 0.0];
-    let along = [0, 1].map(|k| (of_pair(k, 1.0) / 4.0).max(0.0).sqrt());
+    let along = [0, 1].map(|k| (pair_variance(k, 1.0) / 4.0).max(0.0).sqrt());
     let axes = rotation.matrix();
     for k in 0..3 {
         let out = estimate.centre_sd_m[k] * axes[(k, 2)].abs();
@@ -399,7 +405,7 @@ mod tests {
                 probability_among_fitted: 1.0,
             };
             let observed = EdgeObservations {
-                of_class: false,
+                fits_class: false,
                 points: &points,
                 noise_m: 0.005,
                 independent_share: 1.0,
