@@ -2,8 +2,8 @@
 
 use super::failure::CommandResult;
 use super::{
-    alarms, calibrate, compare, config, demo, devices, distance, emulate, evaluate, fit, rejudge,
-    reproduce, run as run_command, shapes, sweep, teach, visit, waypoints,
+    alarms, calibrate, compare, config, demo, devices, distance, emulate, evaluate, fit, fuse,
+    rejudge, reproduce, run as run_command, shapes, sweep, teach, visit, waypoints,
 };
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -48,6 +48,12 @@ enum CliCommand {
     Fit(fit::FitArgs),
     /// Compute the Earth Mover's Distance between two mixtures
     Distance(distance::DistanceArgs),
+    /// Merge two mixtures of one place into one
+    ///
+    /// Surface that both describe counts once, beams add. A mixture file may have the beams of its components (`beams`) and the
+    /// area of which its weights are shares (`surface_m2`); without them beams are the weights times `points`, and the area is
+    /// derived from the components.
+    Fuse(fuse::FuseArgs),
     /// Find the shapes in a segmented cloud
     Shapes(shapes::ShapesArgs),
     /// Check or show the configuration
@@ -78,6 +84,7 @@ pub fn run(cli: Cli) -> ExitCode {
         CliCommand::Calibrate(args) => calibrate::run(args),
         CliCommand::Fit(args) => fit::run(args),
         CliCommand::Distance(args) => distance::run(args),
+        CliCommand::Fuse(args) => fuse::run(args),
         CliCommand::Shapes(args) => shapes::run(args),
         CliCommand::Config(args) => config::run(args),
         CliCommand::Waypoints(args) => waypoints::run(args),

@@ -1,6 +1,7 @@
 //! `patrold fit CLOUD`: the mixture of one cloud by EM.
 
 use super::failure::{CommandResult, DONE, Failure};
+use super::value_parsers::parse_positive;
 use super::{clouds, files, output};
 use clap::Args;
 use patrold_engine::mixture::{
@@ -71,13 +72,6 @@ impl ComponentsArg {
             Self::Mml => "mml",
             Self::Flat => "flat",
         }
-    }
-}
-
-fn parse_positive(text: &str) -> Result<usize, String> {
-    match text.parse::<u32>() {
-        Ok(n) if n > 0 => Ok(n as usize),
-        _ => Err("expected a number from 1".to_owned()),
     }
 }
 

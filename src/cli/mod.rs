@@ -28,6 +28,7 @@ mod experiment;
 mod failure;
 mod files;
 mod fit;
+mod fuse;
 mod output;
 mod progress;
 mod rejudge;

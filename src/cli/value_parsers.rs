@@ -20,6 +20,14 @@ pub(super) fn engine() -> impl TypedValueParser<Value = Engine> {
     PossibleValuesParser::new(engine_values()).try_map(|name| name.parse::<Engine>())
 }
 
+/// Reads a whole number from 1.
+pub(super) fn parse_positive(text: &str) -> Result<usize, String> {
+    match text.parse::<u32>() {
+        Ok(n) if n > 0 => Ok(n as usize),
+        _ => Err("expected a number from 1".to_owned()),
+    }
+}
+
 /// Reads a number of device seconds per second of wall time.
 pub(super) fn parse_time_scale(text: &str) -> Result<f64, String> {
     let scale = text.parse::<f64>().ok();

@@ -133,6 +133,13 @@ fn mixtures_that_cannot_be_read() {
             &["missing.json"],
         ),
         (&["distance", "list.json", "list.json"], 1, &["list.json"]),
+        (&["fuse", "flat.json", "missing.json"], 1, &["missing.json"]),
+        (&["fuse", "list.json", "flat.json"], 1, &["list.json"]),
+        (
+            &["fuse", "flat.json", "beamless.json"],
+            1,
+            &["beamless.json", "beams of component 0"],
+        ),
         (&["distance", "cut.json", "cut.json"], 1, &["cut.json"]),
         (
             &["distance", "short.json", "short.json"],

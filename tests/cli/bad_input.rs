@@ -42,6 +42,10 @@ pub(crate) fn folder() -> tempfile::TempDir {
         b"{\"weights\": [1], \"means\": [[0, 0, 0]], \"covs\": [[0, 0, 0, 0, 0, 0]]}",
     );
     put(
+        "beamless.json",
+        b"{\"weights\": [1], \"means\": [[0, 0, 0]], \"covs\": [[1, 0, 0, 1, 0, 1]], \"beams\": [0]}",
+    );
+    put(
         "negative.json",
         b"{\"weights\": [1], \"means\": [[0, 0, 0]], \"covs\": [[1, 0, 0, -1, 0, 1]]}",
     );

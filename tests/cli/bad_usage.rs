@@ -167,6 +167,8 @@ fn wrong_usage_exits_2_and_prints_the_usage() {
         ],
         &["distance", "flat.json", "flat.json", "--ground", "l1"],
         &["distance", "flat.json", "flat.json", "--repeat", "0"],
+        &["fuse", "flat.json"],
+        &["fuse", "flat.json", "flat.json", "--max-components", "0"],
         &["shapes", "good.ply", "--method", "guess"],
         &["alarms", "show", "first"],
         &["alarms", "list", "--state", "lost"],

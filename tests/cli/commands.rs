@@ -70,6 +70,61 @@ fn fit_writes_a_mixture_that_fit_and_distance_read() {
 }
 
 #[test]
+fn fuse_gives_a_mixture_that_fuse_fit_and_distance_read() {
+    let dir = clouds::folder();
+    for (cloud, name) in [("then.ply", "a.json"), ("again.ply", "b.json")] {
+        let ran = patrold(dir.path(), &["fit", cloud, "--components", "20", "--json"]);
+        fs::write(dir.path().join(name), &ran.out).expect("written");
+    }
+    let ran = patrold(dir.path(), &["fuse", "a.json", "b.json", "--json"]);
+    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+    let json = ran.json();
+    schema::check("fuse", &json);
+    schema::check("mixture", &json);
+    let beams = |json: &serde_json::Value| -> f64 {
+        let beams = json["beams"].as_array().expect("beams");
+        beams.iter().filter_map(serde_json::Value::as_f64).sum()
+    };
+    // Beams of a fit are its points.
+    let points = clouds::room_points(&[], 1).len() + clouds::room_points(&[], 2).len();
+    assert!((beams(&json) - points as f64).abs() < 1e-6);
+    fs::write(dir.path().join("c.json"), &ran.out).expect("written");
+
+    // With itself it is itself, with twice the beams.
+    let args = ["fuse", "c.json", "c.json", "--json"];
+    let twice = patrold(dir.path(), &args).json();
+    schema::check("fuse", &twice);
+    assert!((beams(&twice) / beams(&json) - 2.0).abs() < 1e-9);
+    assert_eq!(
+        twice["merges"],
+        json["weights"].as_array().map_or(0, Vec::len)
+    );
+    fs::write(dir.path().join("d.json"), twice.to_string()).expect("written");
+    let args = ["distance", "c.json", "d.json", "--json"];
+    let d = patrold(dir.path(), &args).json();
+    assert!(d["d"].as_f64().is_some_and(|d| d < 1e-6), "{d}");
+
+    let args = [
+        "fuse",
+        "a.json",
+        "b.json",
+        "--max-components",
+        "7",
+        "--json",
+    ];
+    let few = patrold(dir.path(), &args).json();
+    schema::check("fuse", &few);
+    assert_eq!(few["weights"].as_array().map(Vec::len), Some(7));
+    let ran = patrold(dir.path(), &["fuse", "a.json", "b.json"]);
+    assert_eq!(ran.code, 0);
+    assert!(
+        ran.out.contains("fused") && ran.out.contains("pairs merged"),
+        "{}",
+        ran.out
+    );
+}
+
+#[test]
 fn fit_reports_how_it_chose_components_and_start() {
     let dir = clouds::folder();
     for (count, start) in [("mml", "k_means"), ("bic", "k_means"), ("flat", "flat")] {

@@ -54,3 +54,23 @@ pub(crate) const FLAT_WIDTH_SPACINGS: f64 = 4.0;
 
 /// Most components that BIC and MML try; BIC fits every number up to it.
 pub const DEFAULT_MAX_COMPONENTS: usize = 30;
+
+/// Most components that a fusion gives: some 350 describe a room (`docs/novelty.md section 3`), so that two visits fitted
+/// alone stay below.
+pub const DEFAULT_MAX_FUSED_COMPONENTS: usize = 1000;
+
+/// Standard deviation by which a surface lies elsewhere at the second visit, metres: half the least last gate of a
+/// registration (`docs/novelty.md section 4`).
+pub(crate) const FUSION_SURFACE_SIGMA_M: f64 = 0.01;
+
+/// Two components are twins where merging them costs this many nats per beam at most. Their means then lie within 0.3 % of
+/// a standard deviation, 1 mm in the widest component of a flat mixture.
+pub(crate) const TWIN_LOSS_NATS: f64 = 1e-6;
+
+/// Points per side of a component's plate at which its own share is taken: the share of a plate that another one half
+/// covers is then exact to an eighth of a side.
+pub(crate) const OWN_SHARE_POINTS_PER_SIDE: usize = 4;
+
+/// A component takes no part in the own share of another beyond this many of its standard deviations: its density is e^-32
+/// of its peak there.
+pub(crate) const OWN_SHARE_REACH_SIGMAS: f64 = 8.0;

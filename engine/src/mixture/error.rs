@@ -65,6 +65,14 @@ pub enum MixtureError {
         /// The value found.
         got: f64,
     },
+    /// The beams of a component are NaN, infinite or negative, or zero where it has weight.
+    #[error("beams of component {component}: got {got}, expected a finite number > 0")]
+    BadBeams {
+        /// Index of the component, from 0.
+        component: usize,
+        /// The value found.
+        got: f64,
+    },
     /// The weights do not sum to one.
     #[error("weights sum to {got}, expected 1 within {slack}")]
     WeightSum {
