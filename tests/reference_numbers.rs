@@ -2,7 +2,7 @@
 //! `tests/data/make_reference_numbers.py` makes.
 
 use nalgebra::Point3;
-use patrold_engine::distance::{GroundDistance, cost_matrix, emd};
+use patrold_engine::distance::{GroundDistance, cost_matrix, emd, partial_emd_of_costs};
 use patrold_engine::mixture::{EmSettings, Mixture, MixtureRecord, em};
 use serde::Deserialize;
 
@@ -10,6 +10,7 @@ use serde::Deserialize;
 struct ReferenceTable {
     em: EmTable,
     emd: Vec<EmdCase>,
+    partial: Vec<PartialCase>,
 }
 
 #[derive(Deserialize)]
@@ -39,6 +40,14 @@ struct EmdCase {
 struct ExpectedDistances {
     emd: f64,
     first_row: Vec<f64>,
+}
+
+/// Weights of any sum.
+#[derive(Deserialize)]
+struct PartialCase {
+    a: MixtureRecord,
+    b: MixtureRecord,
+    w2: f64,
 }
 
 fn table() -> ReferenceTable {
@@ -100,5 +109,19 @@ fn distances_agree_with_scipy_and_pot() {
             );
             assert!(ours.duality_gap.abs() < 1e-12);
         }
+    }
+}
+
+#[test]
+fn distances_of_unequal_masses_agree_with_pot() {
+    for case in table().partial {
+        let masses = |record: MixtureRecord| {
+            let json = serde_json::to_string(&record).expect("serialises");
+            MixtureRecord::parse_masses(&json).expect("sound")
+        };
+        let ((left, a), (right, b)) = (masses(case.a), masses(case.b));
+        let costs = cost_matrix(&a, &b, GroundDistance::W2);
+        let ours = partial_emd_of_costs(&left, &right, &costs).expect("mass");
+        assert!((ours.d - case.w2).abs() < 1e-9, "{} {}", ours.d, case.w2);
     }
 }

@@ -125,6 +125,38 @@ fn fuse_gives_a_mixture_that_fuse_fit_and_distance_read() {
 }
 
 #[test]
+fn distance_of_unequal_masses_moves_the_smaller_one() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let put = |name: &str, weights: &str, xs: [f64; 2]| {
+        let means: Vec<[f64; 3]> = xs.iter().map(|x| [*x, 0.0, 0.0]).collect();
+        let text = format!(
+            r#"{{"weights": {weights}, "means": {means:?}, "covs": [[1,0,0,1,0,1],[1,0,0,1,0,1]]}}"#
+        );
+        fs::write(dir.path().join(name), text).expect("written");
+    };
+    put("a.json", "[2, 1]", [0.0, 10.0]);
+    put("b.json", "[1, 1]", [1.0, 4.0]);
+    let args = ["distance", "a.json", "b.json", "--partial"];
+    let ran = patrold(dir.path(), &[&args[..], &["--json"]].concat());
+    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
+    let json = ran.json();
+    schema::check("distance", &json);
+    // Two of three units move, from 0 to 1 and to 4 m.
+    assert!(json["d"].as_f64().is_some_and(|d| (d - 2.5).abs() < 1e-12));
+    assert_eq!(json["totals"], serde_json::json!([3.0, 2.0]));
+    assert_eq!(json["plan"], serde_json::json!([[0, 0, 1.0], [0, 1, 1.0]]));
+    let text = patrold(dir.path(), &args).out;
+    assert!(
+        text.contains("2.000000 of 3.000000 and 2.000000 moved"),
+        "{text}"
+    );
+    // Without --partial the weights have to sum to one.
+    let refused = patrold(dir.path(), &args[..3]);
+    assert_eq!(refused.code, 1);
+    assert!(refused.err.contains("weights sum to 3"), "{}", refused.err);
+}
+
+#[test]
 fn fit_reports_how_it_chose_components_and_start() {
     let dir = clouds::folder();
     for (count, start) in [("mml", "k_means"), ("bic", "k_means"), ("flat", "flat")] {

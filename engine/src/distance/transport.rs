@@ -39,7 +39,7 @@ pub(super) fn transport(
             right: n,
         });
     }
-    let (total_left, total_right) = (sum("left", left)?, sum("right", right)?);
+    let (total_left, total_right) = (total_mass("left", left)?, total_mass("right", right)?);
     if (total_left - total_right).abs() > MASS_TOLERANCE * total_left.max(total_right) {
         return Err(DistanceError::Unbalanced {
             left: total_left,
@@ -92,7 +92,8 @@ pub(super) fn transport(
     })
 }
 
-fn sum(side: &'static str, masses: &[f64]) -> Result<f64, DistanceError> {
+/// The sum of the masses of one side, above zero.
+pub(super) fn total_mass(side: &'static str, masses: &[f64]) -> Result<f64, DistanceError> {
     for (index, &got) in masses.iter().enumerate() {
         if !got.is_finite() || got < 0.0 {
             return Err(DistanceError::BadMass { side, index, got });

@@ -61,17 +61,34 @@ impl MixtureRecord {
     /// # Errors
     /// [`MixtureError::Record`] for text of another form, else as [`Mixture::try_new`].
     pub fn parse(json: &str) -> Result<Mixture, MixtureError> {
+        Self::parse_record(json)?.try_into()
+    }
+
+    /// The same where the weights may have any sum above zero: the weights as they stand, and the mixture of their shares.
+    ///
+    /// # Errors
+    /// As [`MixtureRecord::parse`], and [`Mixture::from_masses`].
+    pub fn parse_masses(json: &str) -> Result<(Vec<f64>, Mixture), MixtureError> {
+        let mut record = Self::parse_record(json)?;
+        let masses = record.weights.clone();
+        let even = 1.0 / masses.len().max(1) as f64;
+        record.weights.fill(even);
+        let components = Mixture::try_from(record)?.components;
+        let mixture = Mixture::from_masses(masses.clone(), components)?;
+        Ok((masses, mixture))
+    }
+
+    fn parse_record(json: &str) -> Result<Self, MixtureError> {
         let record: RawRecord =
             serde_json::from_str(json).map_err(|e| MixtureError::Record(e.to_string()))?;
         let covs = record.covs.iter().enumerate();
-        let record = Self {
+        Ok(Self {
             weights: record.weights,
             means: record.means,
             covs: covs
                 .map(|(k, c)| c.upper_triangle(k))
                 .collect::<Result<_, _>>()?,
-        };
-        record.try_into()
+        })
     }
 }
 
@@ -149,6 +166,18 @@ mod tests {
                 "covariance 0 is not symmetric".to_owned()
             ))
         );
+    }
+
+    #[test]
+    fn masses_are_kept_as_they_stand() {
+        let text = TWO.replace("0.25,0.75", "2.0,6.0");
+        let (masses, mixture) = MixtureRecord::parse_masses(&text).expect("sound");
+        assert_eq!(masses, [2.0, 6.0]);
+        assert_eq!(Ok(mixture), MixtureRecord::parse(TWO));
+        for wrong in ["0.0,0.0", "-1.0,2.0", "1.0"] {
+            let text = TWO.replace("0.25,0.75", wrong);
+            assert!(MixtureRecord::parse_masses(&text).is_err(), "{wrong}");
+        }
     }
 
     #[test]
