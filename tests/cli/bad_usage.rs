@@ -170,6 +170,8 @@ fn wrong_usage_exits_2_and_prints_the_usage() {
         &["fuse", "flat.json"],
         &["fuse", "flat.json", "flat.json", "--max-components", "0"],
         &["shapes", "good.ply", "--method", "guess"],
+        &["reproduce", "table1", "--ellipsoid-sigmas", "0"],
+        &["reproduce", "table1", "--ellipsoid-sigmas", "nan"],
         &["alarms", "show", "first"],
         &["alarms", "list", "--state", "lost"],
         &["alarms", "list", "--since", "yesterday-ish"],

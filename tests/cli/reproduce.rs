@@ -61,6 +61,37 @@ fn a_scene_gives_the_same_result_when_run_alone() {
 }
 
 #[test]
+fn the_ellipsoids_of_method_a_are_as_long_as_asked_for() {
+    let some = [
+        "table1",
+        "--set",
+        "printed",
+        "--scenes",
+        "2",
+        "--way",
+        "euclidean-samples",
+    ];
+    let of = |more: &[&str]| {
+        let report = reproduce(&[&some[..], more].concat());
+        let sphere = row(&report, "printed", "euclidean-samples", "sphere");
+        let bias_cm = sphere["size_bias_cm"][0]
+            .as_f64()
+            .expect("a sphere was found");
+        (
+            report["ellipsoid_sigmas"].as_f64().expect("a number"),
+            bias_cm,
+        )
+    };
+    let ((default, unbiased_cm), (one, short_cm)) = (of(&[]), of(&["--ellipsoid-sigmas", "1"]));
+    assert_eq!((default, one), (3f64.sqrt(), 1.0));
+    // A ball of 30 to 60 cm loses 1 - 1 / sqrt 3 of its diameter.
+    assert!(
+        unbiased_cm.abs() < 8.0 && short_cm < -10.0,
+        "{unbiased_cm} {short_cm}"
+    );
+}
+
+#[test]
 fn table2_has_every_site_with_mixtures_smaller_than_clouds() {
     let report = reproduce(&["table2", "--scenes", "1", "--way", "feature"]);
     for site in ["door-opened", "person", "door-closed"] {

@@ -252,10 +252,7 @@ mod tests {
     #[test]
     fn the_class_is_found_less_often_from_samples_on_ellipsoids() {
         for sigma_m in [0.032, 0.001] {
-            let samples = RansacSource::Ellipsoids {
-                samples: 3722,
-                scale: 1.0,
-            };
+            let samples = ShapeSettings::paper().ransac_source;
             let right = right(sigma_m, samples);
             eprintln!("samples, sigma {sigma_m} m: right {right:?}");
             assert!(right.iter().all(|r| *r >= 0.85), "{sigma_m}: {right:?}");

@@ -219,6 +219,11 @@ pub(super) const LIKELIHOOD_TOLERANCE: f64 = 1e-4;
 
 // Method A.
 
+/// Samples on a novelty's ellipsoids (paper section V).
+pub(super) const ELLIPSOID_SAMPLES: usize = 3722;
+/// Semi-axes of the ellipsoids, standard deviations: sqrt 3, since a sphere's surface of radius r has the variance r^2 / 3
+/// along every axis. The paper prints no factor (`docs/shapes.md section 8`).
+pub const ELLIPSOID_SIGMAS: f64 = 1.732_050_807_568_877_2;
 /// Greatest distance of ellipsoid samples from a primitive, share of their spread.
 pub(super) const CONSENSUS_EPSILON_SHARE: f64 = 0.1;
 /// Points that method A uses for a single primitive; more do not improve it.

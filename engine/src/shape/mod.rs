@@ -18,6 +18,7 @@ mod settings;
 mod tests;
 
 pub use consensus::detect_shapes;
+pub use constants::ELLIPSOID_SIGMAS;
 pub use error::ShapeError;
 pub use matching::moments::surface_moments;
 pub use model::{Alternative, Class, Method, Retrieval, Shape};

@@ -1,5 +1,6 @@
 //! Settings of the retrieval.
 
+use super::constants::{ELLIPSOID_SAMPLES, ELLIPSOID_SIGMAS};
 use super::ransac::RansacSettings;
 use crate::geometry::NoiseLaw;
 use nalgebra::{Unit, Vector3};
@@ -49,7 +50,7 @@ pub enum RansacSource {
     Ellipsoids {
         /// How many; 3722 in the paper.
         samples: usize,
-        /// Semi-axes in standard deviations: 1 as printed; sqrt 3 gives a ball's surface its radius.
+        /// Semi-axes in standard deviations: sqrt 3 gives a ball's surface its radius. The paper prints no factor.
         scale: f64,
     },
 }
@@ -115,10 +116,18 @@ impl ShapeSettings {
             use_mixture_moments: true,
             ambiguous_below: 0.0,
             ransac_source: RansacSource::Ellipsoids {
-                samples: 3722,
-                scale: 1.0,
+                samples: ELLIPSOID_SAMPLES,
+                scale: ELLIPSOID_SIGMAS,
             },
             ..Self::default()
         }
+    }
+
+    /// The same with ellipsoids of `sigmas` standard deviations (above zero), where method A takes samples on them.
+    pub fn with_ellipsoid_sigmas(mut self, sigmas: f64) -> Self {
+        if let RansacSource::Ellipsoids { scale, .. } = &mut self.ransac_source {
+            *scale = sigmas;
+        }
+        self
     }
 }

@@ -7,16 +7,18 @@ use crate::timing::{MillisClock, Timed, timed};
 use patrold_engine::inspect::{EngineSettings, Inspection, inspect, prepare};
 use patrold_engine::novelty::NoveltyError;
 
-/// The answer to a scene of the engine and method of a column: verdict, novelties, shapes.
+/// The answer to a scene of the engine and method of a column: verdict, novelties, shapes. Where method A samples ellipsoids,
+/// they are of `ellipsoid_sigmas` standard deviations.
 ///
 /// # Errors
 /// A cloud with too few points.
 pub fn run_engine(
     scene: &ScenePair,
     column: TableColumn,
+    ellipsoid_sigmas: f64,
     clock: MillisClock<'_>,
 ) -> Result<Timed<Inspection>, NoveltyError> {
-    run_with_settings(scene, &column.settings(), clock)
+    run_with_settings(scene, &column.settings(ellipsoid_sigmas), clock)
 }
 
 /// The answer to a scene with any settings.

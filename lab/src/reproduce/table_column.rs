@@ -10,7 +10,7 @@ pub enum TableColumn {
     Feature,
     /// patrold's engine, method A on the points of the novelty.
     EuclideanPoints,
-    /// patrold's engine, method A as printed: 3722 samples on the ellipsoids at one sigma.
+    /// patrold's engine, method A on 3722 samples of the novelty's ellipsoids.
     EuclideanSamples,
     /// The published recipe, method B constrained but otherwise literal.
     PaperFeature,
@@ -39,14 +39,15 @@ impl TableColumn {
         }
     }
 
-    /// Its settings.
-    pub fn settings(self) -> EngineSettings {
+    /// Its settings, where method A samples ellipsoids with ellipsoids of `ellipsoid_sigmas` standard deviations.
+    pub fn settings(self, ellipsoid_sigmas: f64) -> EngineSettings {
         let with_shapes = |engine: EngineSettings, choice, source: Option<RansacSource>| {
             let shape = ShapeSettings {
                 choice,
                 ransac_source: source.unwrap_or(engine.shape.ransac_source),
                 ..engine.shape
             };
+            let shape = shape.with_ellipsoid_sigmas(ellipsoid_sigmas);
             EngineSettings { shape, ..engine }
         };
         let standard = EngineSettings::standard;

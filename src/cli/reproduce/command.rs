@@ -8,6 +8,7 @@ use crate::cli::experiment::{RunClock, by_name, create_folder, write_report};
 use crate::cli::failure::{CommandResult, DONE, Failure};
 use crate::cli::progress;
 use clap::{Args, ValueEnum};
+use patrold_engine::shape::ELLIPSOID_SIGMAS;
 use patrold_lab::reproduce::{
     BeamLayout, SceneResult, TableColumn, run_engine, scene_picture, score,
 };
@@ -30,6 +31,10 @@ pub(crate) struct ReproduceArgs {
     /// table1: layout of the beams that hit the object
     #[arg(long, value_enum, default_value_t = BeamLayoutArg::Rows)]
     beams: BeamLayoutArg,
+    /// Semi-axes of the ellipsoids that method A samples, in standard deviations; 1 and the square root of 3 are readings of
+    /// the paper, which prints no factor
+    #[arg(long, value_name = "X", default_value_t = ELLIPSOID_SIGMAS, value_parser = parse_sigmas)]
+    ellipsoid_sigmas: f64,
     /// Only this column (may be repeated)
     #[arg(long, value_name = "NAME", value_parser = column)]
     way: Vec<TableColumn>,
@@ -85,6 +90,13 @@ fn column(text: &str) -> Result<TableColumn, String> {
     by_name(&TableColumn::ALL, TableColumn::as_str, text)
 }
 
+fn parse_sigmas(text: &str) -> Result<f64, String> {
+    let sigmas = text.parse::<f64>().ok();
+    sigmas
+        .filter(|x| (0.1..=10.0).contains(x))
+        .ok_or_else(|| "expected a number from 0.1 to 10".to_owned())
+}
+
 impl ReproduceArgs {
     fn plan(&self) -> Vec<ScenePlan> {
         let mut plan = match self.table {
@@ -115,7 +127,7 @@ pub(crate) fn run(args: &ReproduceArgs) -> CommandResult {
     }
     let columns = args.columns();
     let clock = RunClock::start();
-    let judge = |plan: &ScenePlan| judge(plan, args.seed, &columns, clock);
+    let judge = |plan: &ScenePlan| judge(plan, args, &columns, clock);
     let results = progress::map_parallel(&plan, "scenes", args.threads, judge)?.concat();
     let figures = match args.table {
         TableArg::Table1 if args.scene.is_none() => Some(FigureNumbers::new(args.seed)?),
@@ -134,6 +146,7 @@ pub(crate) fn run(args: &ReproduceArgs) -> CommandResult {
         table,
         seed: args.seed,
         beams,
+        ellipsoid_sigmas: args.ellipsoid_sigmas,
         seconds: clock.seconds(),
     };
     let report = ReproduceReport::new(head, &results, figures);
@@ -144,13 +157,14 @@ pub(crate) fn run(args: &ReproduceArgs) -> CommandResult {
 /// The results of one scene in all columns.
 fn judge(
     plan: &ScenePlan,
-    seed: u64,
+    args: &ReproduceArgs,
     columns: &[TableColumn],
     clock: RunClock,
 ) -> Result<Vec<SceneResult>, Failure> {
-    let scene = plan.simulate(seed).map_err(Failure::failed)?;
+    let scene = plan.simulate(args.seed).map_err(Failure::failed)?;
     let results = columns.iter().map(|column| {
-        let answer = run_engine(&scene, *column, &|| clock.millis()).map_err(Failure::failed)?;
+        let answer = run_engine(&scene, *column, args.ellipsoid_sigmas, &|| clock.millis())
+            .map_err(Failure::failed)?;
         Ok(SceneResult {
             set: plan.set(),
             kind: plan.kind(),

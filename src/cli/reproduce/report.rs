@@ -25,6 +25,8 @@ pub(super) struct ReportHead {
     pub seed: u64,
     /// Layout of the beams in table 1.
     pub beams: Option<&'static str>,
+    /// Semi-axes of the ellipsoids that method A samples, standard deviations.
+    pub ellipsoid_sigmas: f64,
     /// Duration of the run.
     pub seconds: f64,
 }
@@ -75,6 +77,7 @@ impl ReproduceReport {
             table,
             seed,
             beams,
+            ellipsoid_sigmas,
             seconds,
         } = &self.head;
         let beams = beams.map_or(String::new(), |b| format!(", beams {b}"));
@@ -84,7 +87,7 @@ impl ReproduceReport {
             _ => "Furnished room",
         };
         let mut parts = vec![format!(
-            "{title}, seed {seed}{beams}, {seconds:.0} s; rates per object (Table I's counts), per reported shape (Eq. 14 as printed), and of objects not reported as ambiguous"
+            "{title}, seed {seed}{beams}, ellipsoids at {ellipsoid_sigmas:.2} sigmas, {seconds:.0} s; rates per object (Table I's counts), per reported shape (Eq. 14 as printed), and of objects not reported as ambiguous"
         )];
         for rows in self.rows.chunk_by(|a, b| a.set == b.set) {
             let Some(first) = rows.first() else { continue };

@@ -1,7 +1,7 @@
 //! Samples on the surfaces of a mixture's ellipsoids (paper section IV.A, Eq. 8-9).
 
 use super::constants::{DRAWS_PER_SAMPLE, MIN_SEMI_AXIS_M};
-use crate::mixture::Mixture;
+use crate::mixture::{Gaussian, Mixture, Posterior};
 use nalgebra::{Matrix3, Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -16,45 +16,53 @@ struct Ellipsoid {
 }
 
 impl Ellipsoid {
-    /// ln of p_k g(x; mu_k, Sigma_k), up to a constant.
-    fn log_share(&self, x: &Point3<f64>) -> f64 {
-        let z = (self.axes.transpose() * (x - self.mean)).component_div(&self.sd);
-        self.weight.ln() - self.sd.product().ln() - z.norm_squared() / 2.0
+    /// `None` for a component without weight or with a covariance that is not finite.
+    fn new(weight: f64, gaussian: &Gaussian) -> Option<Self> {
+        if weight <= 0.0 || !gaussian.covariance.iter().all(|v| v.is_finite()) {
+            return None;
+        }
+        let eigen = gaussian.covariance.symmetric_eigen();
+        let sd = |l: f64| l.max(0.0).sqrt().max(MIN_SEMI_AXIS_M);
+        Some(Self {
+            mean: gaussian.mean,
+            axes: eigen.eigenvectors,
+            sd: eigen.eigenvalues.map(sd),
+            weight,
+        })
+    }
+
+    fn gaussian(&self) -> Gaussian {
+        let variances = Matrix3::from_diagonal(&self.sd.map(|s| s * s));
+        Gaussian {
+            mean: self.mean,
+            covariance: self.axes * variances * self.axes.transpose(),
+        }
     }
 }
 
 /// `count` points, uniform by area, on the ellipsoids whose semi-axes are `scale` standard deviations along each component's
 /// eigenvectors, and the outward unit normals there. A component is drawn with probability p_k; a sample is kept only where
-/// its own component is the most probable one (the posterior of paper Eq. 8), which leaves the outside of overlapping
-/// ellipsoids. Fewer samples are returned where that leaves next to nothing.
+/// its own component has the greatest posterior (paper Eq. 8), which leaves the outside of overlapping ellipsoids. Fewer
+/// samples are returned where that leaves next to nothing.
 pub fn surface_samples(
     mixture: &Mixture,
     count: usize,
     scale: f64,
     seed: u64,
 ) -> (Vec<Point3<f64>>, Vec<Vector3<f64>>) {
-    let ellipsoids: Vec<Ellipsoid> = mixture
-        .weights
-        .iter()
-        .zip(&mixture.components)
-        .filter(|(w, g)| **w > 0.0 && g.covariance.iter().all(|v| v.is_finite()))
-        .map(|(&weight, g)| {
-            let eigen = g.covariance.symmetric_eigen();
-            Ellipsoid {
-                mean: g.mean,
-                axes: eigen.eigenvectors,
-                sd: eigen
-                    .eigenvalues
-                    .map(|l| l.max(0.0).sqrt().max(MIN_SEMI_AXIS_M)),
-                weight,
-            }
-        })
+    let components = mixture.weights.iter().zip(&mixture.components);
+    let ellipsoids: Vec<Ellipsoid> = components
+        .filter_map(|(weight, gaussian)| Ellipsoid::new(*weight, gaussian))
         .collect();
     let total: f64 = ellipsoids.iter().map(|e| e.weight).sum();
     let (mut points, mut normals) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    if ellipsoids.is_empty() {
+    let posterior = Posterior::new(&Mixture {
+        weights: ellipsoids.iter().map(|e| e.weight / total).collect(),
+        components: ellipsoids.iter().map(Ellipsoid::gaussian).collect(),
+    });
+    let Ok(posterior) = posterior else {
         return (points, normals);
-    }
+    };
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     for _ in 0..count.saturating_mul(DRAWS_PER_SAMPLE) {
         if points.len() == count {
@@ -77,12 +85,7 @@ pub fn surface_samples(
             continue;
         }
         let x = e.mean + e.axes * u.component_mul(&e.sd) * scale;
-        let own = e.log_share(&x);
-        let others = ellipsoids.iter().enumerate().filter(|(j, _)| *j != k);
-        if others
-            .map(|(_, other)| other.log_share(&x))
-            .any(|s| s > own)
-        {
+        if posterior.most_probable(&x) != k {
             continue;
         }
         points.push(x);
