@@ -5,7 +5,8 @@ use patrold_engine::geometry::View;
 use patrold_engine::inspect::EngineSettings;
 use patrold_engine::novelty::Verdict;
 use patrold_lab::evaluate::{
-    ChangeClass, EngineInput, PairPlan, PairSet, PointLabel, SimulatedPair, run_engine,
+    ChangeClass, EngineInput, PairPlan, PairSet, PointLabel, SimulatedPair, quiet_threshold,
+    quiet_visits, run_engine,
 };
 
 const SEED: u64 = 11;
@@ -152,5 +153,38 @@ fn the_pose_stays_put_along_the_unobservable_direction_of_a_corridor() {
         let correction_m = found.registration.current_from_reference.translation.vector;
         assert!(correction_m.norm() < 0.1, "{correction_m} m");
         assert_eq!(found.verdict, Verdict::Quiet, "{}", found.reason);
+    }
+}
+
+#[test]
+fn quiet_visits_are_determined_by_the_pair_and_never_its_own_sweeps() {
+    let pair = simulate(ChangeClass::Person, 4, PairSet::Tuned);
+    let visits = quiet_visits(&pair, 3).expect("a place");
+    assert_eq!(visits, quiet_visits(&pair, 3).expect("a place"));
+    // How many are asked for changes none of them.
+    assert_eq!(visits[..2], quiet_visits(&pair, 2).expect("a place"));
+    let own = views(&pair);
+    for (number, visit) in visits.iter().enumerate() {
+        assert!(own.iter().all(|view| *view != visit), "visit {number}");
+        assert!(!visits[..number].contains(visit), "visit {number}");
+    }
+}
+
+#[test]
+fn the_threshold_of_a_place_lies_below_what_changed_there() {
+    let settings = EngineSettings::standard().novelty;
+    for (change, number) in [(ChangeClass::Person, 4), (ChangeClass::Removed, 2)] {
+        let pair = simulate(change, number, PairSet::Tuned);
+        let visits = quiet_visits(&pair, 3).expect("a place");
+        for input in [EngineInput::Bare, EngineInput::Sweep] {
+            let quiet = quiet_threshold(&pair, &visits, input, &settings).expect("points");
+            assert_eq!(quiet.unobserved, 0);
+            let u_th = quiet.u_th.expect("observed visits");
+            // The visits see the place without the change.
+            let judged = run_engine(&pair, input, &quiet.apply(settings.clone()), &|| 0.0);
+            let judged = judged.expect("points").answer;
+            assert!(u_th < judged.d_gmm, "{change:?}: {u_th}, {}", judged.d_gmm);
+            assert_eq!((judged.u_th, judged.verdict), (u_th, Verdict::Changed));
+        }
     }
 }

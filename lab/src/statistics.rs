@@ -63,6 +63,37 @@ pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Opt
     values.get((share * last as f64).round() as usize).copied()
 }
 
+/// The value that one more draw of the same kind exceeds with probability 1 - `share`: of n sorted values the one at
+/// position `share` (n + 1), interpolated (Hyndman and Fan's type 6, R's `quantile(x, share, type = 6)`); the greatest
+/// where n is too small for the share. `None` of none.
+pub(crate) fn quantile_of_next(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    values.sort_by(f64::total_cmp);
+    let (first, last) = (*values.first()?, *values.last()?);
+    let position = share * (values.len() + 1) as f64;
+    let below = position.floor();
+    let at = |nth: f64| match nth as usize {
+        0 => first,
+        nth => values.get(nth - 1).copied().unwrap_or(last),
+    };
+    let (low, high) = (at(below), at(below + 1.0));
+    Some(low + (position - below) * (high - low))
+}
+
+/// Area under the receiver operating characteristic: the probability that one of `high` exceeds one of `low`, ties by half.
+/// `None` where either is empty.
+pub(crate) fn area_under_curve(low: &[f64], high: &[f64]) -> Option<f64> {
+    let mut sorted = low.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let wins = high.iter().map(|h| {
+        let below = sorted.partition_point(|l| l < h);
+        let not_above = sorted.partition_point(|l| l <= h);
+        f64::midpoint(below as f64, not_above as f64)
+    });
+    let pairs = low.len() * high.len();
+    (pairs > 0).then(|| wins.sum::<f64>() / pairs as f64)
+}
+
 /// The median, of two in the middle the upper; `None` of none.
 pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile(values, 0.5)
@@ -83,7 +114,7 @@ pub(crate) fn rms(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Rate, mean, quantile};
+    use super::{Rate, area_under_curve, mean, quantile, quantile_of_next};
 
     #[test]
     fn intervals_are_wilson_score_intervals() {
@@ -100,6 +131,32 @@ mod tests {
             assert!((rate.high - high).abs() < 1e-5, "{rate:?}");
         }
         assert_eq!((Rate::new(0, 0).low, Rate::new(0, 0).high), (0.0, 1.0));
+    }
+
+    #[test]
+    fn one_more_draw_exceeds_the_quantile_with_the_rest_of_the_probability() {
+        // R: quantile(1:20, c(.95, .5, .01), type = 6) and quantile(c(2, 7, 1), c(.95, .6), type = 6).
+        let close = |values: &[f64], share: f64, expected: f64| {
+            let found = quantile_of_next(values.iter().copied(), share).expect("values");
+            assert!((found - expected).abs() < 1e-12, "{share}: {found}");
+        };
+        let twenty: Vec<f64> = (1..=20).map(f64::from).collect();
+        close(&twenty, 0.95, 19.95);
+        close(&twenty, 0.5, 10.5);
+        close(&twenty, 0.01, 1.0);
+        close(&[2.0, 7.0, 1.0], 0.95, 7.0);
+        close(&[2.0, 7.0, 1.0], 0.6, 4.0);
+        assert_eq!(quantile_of_next([], 0.5), None);
+    }
+
+    #[test]
+    fn the_area_under_the_curve_counts_ordered_pairs() {
+        // Of six pairs four are in order and two are ties.
+        let area = area_under_curve(&[1.0, 2.0, 2.0], &[3.0, 2.0]).expect("both");
+        assert!((area - 5.0 / 6.0).abs() < 1e-12, "{area}");
+        assert_eq!(area_under_curve(&[1.0], &[0.0]), Some(0.0));
+        assert_eq!(area_under_curve(&[1.0], &[]), None);
+        assert_eq!(area_under_curve(&[], &[1.0]), None);
     }
 
     #[test]

@@ -1,9 +1,12 @@
-//! Times of the engine's answers.
+//! Times of the engine's answers, and the size of what they were compared with.
+
+use patrold_engine::blob::{encode_mixture, encode_view};
+use patrold_engine::novelty::Reference;
 
 /// Milliseconds since some fixed instant; time is an argument, so that the crate has no clock.
 pub type MillisClock<'a> = &'a (dyn Fn() -> f64 + Sync);
 
-/// An answer of the engine and its times.
+/// An answer of the engine, its times, and the size of its reference.
 #[derive(Debug, Clone)]
 pub struct Timed<T> {
     /// The answer.
@@ -12,13 +15,15 @@ pub struct Timed<T> {
     pub reference_ms: f64,
     /// From the current view to the answer, milliseconds.
     pub answer_ms: f64,
+    /// Bytes of the reference as the store keeps it: its mixture, and its view.
+    pub stored_bytes: [usize; 2],
 }
 
 /// Prepares a reference, then compares with it.
-pub(crate) fn timed<R, T, E>(
+pub(crate) fn timed<T, E>(
     clock: MillisClock<'_>,
-    prepare: impl FnOnce() -> Result<R, E>,
-    compare: impl FnOnce(&R) -> Result<T, E>,
+    prepare: impl FnOnce() -> Result<Reference, E>,
+    compare: impl FnOnce(&Reference) -> Result<T, E>,
 ) -> Result<Timed<T>, E> {
     let start_ms = clock();
     let reference = prepare()?;
@@ -28,5 +33,13 @@ pub(crate) fn timed<R, T, E>(
         answer,
         reference_ms: prepared_ms - start_ms,
         answer_ms: clock() - prepared_ms,
+        stored_bytes: stored_bytes(&reference),
     })
+}
+
+fn stored_bytes(reference: &Reference) -> [usize; 2] {
+    [
+        encode_mixture(&reference.mixture).len(),
+        encode_view(&reference.prepared.view).len(),
+    ]
 }

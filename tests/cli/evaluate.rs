@@ -39,6 +39,47 @@ fn the_report_fits_its_schema_and_does_not_depend_on_threads() {
 }
 
 #[test]
+fn thresholds_from_quiet_visits_do_not_depend_on_threads_or_on_other_pairs() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let with = |more: &[&str]| {
+        let some = ["evaluate", "--json", "--view", "bare", "--engine", "both"];
+        let quiet = [
+            "--u-th",
+            "quiet",
+            "--quiet-visits",
+            "2",
+            "--pair",
+            "quiet-4",
+        ];
+        let ran = patrold(dir.path(), &[&some[..], &quiet, more].concat());
+        assert_eq!(ran.code, 0, "{ran:?}");
+        let report = ran.json();
+        schema::check("evaluate", &report);
+        report
+    };
+    let pairs = ["--pair", "box-4", "--threads"];
+    let report = with(&[&pairs[..], &["1"]].concat());
+    assert_eq!(report["quiet_visits"], 2);
+    assert_eq!(
+        without_times(report.clone()),
+        without_times(with(&[&pairs[..], &["2"]].concat()))
+    );
+    // One quiet and one changed pair in one kind of place: over all, and in that kind.
+    let rows = report["separation"].as_array().expect("rows");
+    let of =
+        |engine: &str| -> Vec<&Value> { rows.iter().filter(|r| r["engine"] == engine).collect() };
+    assert_eq!((of("standard").len(), of("paper").len()), (2, 2));
+    let standard = of("standard")[0];
+    assert_eq!(
+        (&standard["auc"], &standard["of"]),
+        (&1.0.into(), &"all".into())
+    );
+    assert_eq!(standard["found"]["count"], 1);
+    // Without changed pairs nothing is separated.
+    assert_eq!(with(&[])["separation"], Value::Array(Vec::new()));
+}
+
+#[test]
 fn dumped_pairs_are_judged_as_in_the_run() {
     let dir = tempfile::tempdir().expect("temp dir");
     let args = [
@@ -80,6 +121,8 @@ fn unknown_names_are_refused_with_the_known_ones() {
         (["--sensor", "eye"], "urg, urg-1.5"),
         (["--pair", "tree-1"], "such as quiet-17"),
         (["--pairs", "0"], "no pair is left"),
+        (["--u-th", "loud"], "engine, quiet"),
+        (["--quiet-visits", "0"], "1..=1000"),
     ] {
         let ran = patrold(dir.path(), &[&["evaluate"], &args[..]].concat());
         assert_eq!(ran.code, 2, "{ran:?}");

@@ -3,6 +3,8 @@
 
 /// Scenes drawn before a pair is given up. Chosen: the worst pair of 2000 needs some dozens.
 pub(crate) const MAX_SCENES: usize = 400;
+/// Share of the quiet visits to a place that lie below its U_th.
+pub(crate) const QUIET_SHARE: f64 = 0.95;
 /// Points of a standard sweep by which a large change must be visible at least.
 pub(crate) const MIN_VISIBLE_POINTS: usize = 60;
 /// Least visible share of a ball's outline: balls are to be in full view, less the rounding at the rim.

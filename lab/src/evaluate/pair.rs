@@ -2,6 +2,7 @@
 
 use super::changes::{ChangeClass, ChangedPlace, apply_change};
 use super::constants::{MAX_SCENES, MIN_SHARE_IN_VIEW, MIN_VISIBLE_POINTS, UNEVEN_FLOOR};
+use super::place::SimulatedPlace;
 use super::plan::{PairPlan, PoseErrorClass};
 use super::point_labels::{
     PointLabel, SimulatedVisit, point_labels, share_in_view, visible_points,
@@ -9,8 +10,8 @@ use super::point_labels::{
 use super::seeded_rng::SeededRng;
 use super::sensor::{SensorSetup, SensorSweep};
 use nalgebra::Point3;
-use patrold_engine::geometry::{Pose, RollPitchYaw};
-use patrold_sim::world::{Body, World};
+use patrold_engine::geometry::{Pose, RollPitchYaw, View};
+use patrold_sim::world::{Body, SceneError, World};
 
 /// Why a pair cannot be simulated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -23,6 +24,9 @@ pub enum PairError {
         /// Class of the change.
         change: &'static str,
     },
+    /// Its place cannot be cast.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
 }
 
 /// A pair of sweeps with its ground truth. Of two values the first is of the reference, the second of the revisit.
@@ -38,6 +42,10 @@ pub struct SimulatedPair {
     pub labels: [Vec<PointLabel>; 2],
     /// True pose correction.
     pub current_from_reference: Pose,
+    /// Its place at the reference.
+    reference_place: SimulatedPlace,
+    /// The seed that it was simulated under.
+    seed: u64,
 }
 
 impl SimulatedPair {
@@ -58,7 +66,7 @@ impl SimulatedPair {
             let Some(changed) = apply_change(plan.change, &place, &mut rng) else {
                 continue;
             };
-            if let Some(pair) = Self::of_change(plan, &changed, &setup, &error) {
+            if let Some(pair) = Self::of_change(plan, seed, &changed, &setup, &error) {
                 return Ok(pair);
             }
         }
@@ -71,6 +79,7 @@ impl SimulatedPair {
     /// The pair of a change, if it is visible.
     fn of_change(
         plan: &PairPlan,
+        seed: u64,
         changed: &ChangedPlace,
         setup: &SensorSetup,
         error: &Pose,
@@ -107,7 +116,27 @@ impl SimulatedPair {
             sweeps,
             labels,
             current_from_reference: poses[1].inverse() * poses[0],
+            reference_place: changed.before.clone(),
+            seed,
         })
+    }
+
+    /// The sweep of another visit, number `visit`, to the place of the reference, where nothing changed. Its sensor is the
+    /// pair's; its noise and the robot's pose are drawn as those of the pair's revisit, from a stream of its own.
+    ///
+    /// # Errors
+    /// Never: the place was cast for the pair.
+    pub(crate) fn quiet_visit(&self, visit: u32) -> Result<View, PairError> {
+        let mut own = SeededRng::new(self.seed, self.plan.visit_stream(visit));
+        let mut pair_sensor = SeededRng::new(self.seed, self.plan.rng_stream()).fork();
+        let setup = self
+            .plan
+            .sensor
+            .setup_at_visit(&mut pair_sensor, &mut own.fork());
+        let error = pose_error(self.plan.pose_error, &mut own.fork());
+        let world = self.reference_place.world()?;
+        let map_from_base = self.reference_place.map_from_base() * error;
+        Ok(setup.sweep(&world, &map_from_base, 1).view)
     }
 }
 

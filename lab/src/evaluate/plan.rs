@@ -137,6 +137,12 @@ impl PairPlan {
         Some(Self::new(change, number, set))
     }
 
+    /// The random stream of a further visit to its place, unique among pairs and visits.
+    pub(crate) fn visit_stream(&self, visit: u32) -> u64 {
+        // The sets end below bit 50, and a run has fewer than 2^13 visits to a place.
+        (u64::from(visit) + 1) << 50 | self.rng_stream()
+    }
+
     /// Its random stream, unique among pairs.
     pub fn rng_stream(&self) -> u64 {
         let set = PairSet::ALL

@@ -47,6 +47,8 @@ pub struct RateRow {
     pub unobservable: usize,
     /// Median time from the current view to the verdict, milliseconds; meaningful with one thread only.
     pub verdict_ms: Option<f64>,
+    /// Mean bytes of the reference as the store keeps it: its mixture, and its view.
+    pub stored_bytes: [f64; 2],
 }
 
 /// The rows of all groups that have pairs.
@@ -115,7 +117,7 @@ fn rows_of_run(own: &[&PairScore]) -> Vec<RateRow> {
     rows
 }
 
-fn group_of(change: ChangeClass) -> &'static str {
+pub(super) fn group_of(change: ChangeClass) -> &'static str {
     match change {
         ChangeClass::Quiet => "quiet",
         c if c.ball().is_some() => "balls",
@@ -144,11 +146,7 @@ fn row(group: &'static str, of: String, chosen: &[&PairScore]) -> Option<RateRow
         pairs,
         changed: verdict(Verdict::Changed),
         not_observed: verdict(Verdict::NotObserved),
-        found: (group != "quiet").then(|| {
-            rate(&|s| {
-                s.verdict == Verdict::Changed && s.listed.iter().any(ListedNovelty::is_correct)
-            })
-        }),
+        found: (group != "quiet").then(|| rate(&PairScore::is_found)),
         iou: mean(chosen.iter().filter_map(|s| s.iou)),
         iou_seen: mean(chosen.iter().filter_map(|s| s.iou_seen)),
         precision: (!listed.is_empty()).then(|| Rate::new(correct, listed.len())),
@@ -156,5 +154,8 @@ fn row(group: &'static str, of: String, chosen: &[&PairScore]) -> Option<RateRow
         turn_error_deg: median_and_95(&|s| s.turn_error_deg),
         unobservable: chosen.iter().filter(|s| !s.unobservable.is_empty()).count(),
         verdict_ms: median(chosen.iter().map(|s| s.verdict_ms)),
+        stored_bytes: [0, 1].map(|part| {
+            mean(chosen.iter().map(|s| s.stored_bytes[part] as f64)).unwrap_or_default()
+        }),
     })
 }

@@ -3,6 +3,7 @@
 use super::pair::SimulatedPair;
 use super::plan::PairPlan;
 use super::point_labels::PointLabel;
+use super::quiet_threshold::QuietThreshold;
 use super::run_engine::EngineInput;
 use crate::timing::Timed;
 use nalgebra::{Point3, Vector3};
@@ -53,6 +54,10 @@ pub struct PairScore {
     pub reason: String,
     /// d_GMM.
     pub d_gmm: f64,
+    /// U_th that it was judged by.
+    pub u_th: f64,
+    /// Quiet visits to its place that were not observed; 0 where U_th is the engine's own.
+    pub unobserved_visits: usize,
     /// The part of d_GMM that no novelty explains.
     pub unexplained: f64,
     /// The listed novelties.
@@ -79,12 +84,19 @@ pub struct PairScore {
     pub disagreement: f64,
     /// From the current view to the verdict, milliseconds.
     pub verdict_ms: f64,
+    /// Bytes of the reference as the store keeps it: its mixture, and its view.
+    pub stored_bytes: [usize; 2],
 }
 
 impl PairScore {
     /// Whether an object appeared, disappeared or moved.
     pub fn is_changed(&self) -> bool {
         self.true_points > 0
+    }
+
+    /// Whether the verdict is `changed`, with at least one correct novelty.
+    pub fn is_found(&self) -> bool {
+        self.verdict == Verdict::Changed && self.listed.iter().any(ListedNovelty::is_correct)
     }
 
     /// Whether the verdict is right and no false novelty is listed.
@@ -98,11 +110,12 @@ impl PairScore {
     }
 }
 
-/// Compares an answer with the truth.
+/// Compares an answer with the truth; `threshold` is that of its place, if it was judged by that.
 pub fn score(
     pair: &SimulatedPair,
     engine: Engine,
     input: EngineInput,
+    threshold: Option<&QuietThreshold>,
     answer: &Timed<Detection>,
 ) -> PairScore {
     let detection = &answer.answer;
@@ -166,6 +179,8 @@ pub fn score(
         verdict: detection.verdict,
         reason: detection.reason.clone(),
         d_gmm: detection.d_gmm,
+        u_th: detection.u_th,
+        unobserved_visits: threshold.map_or(0, |t| t.unobserved),
         unexplained: detection.unexplained,
         iou: overlap(&pair.labels, &on, &[PointLabel::OnSurface]).filter(|_| true_points > 0),
         iou_seen: overlap(
@@ -188,6 +203,7 @@ pub fn score(
         share: detection.registration.agreement,
         disagreement: detection.disagreement,
         verdict_ms: answer.answer_ms,
+        stored_bytes: answer.stored_bytes,
     }
 }
 

@@ -42,7 +42,7 @@ pub struct ColumnSummary {
     pub chain_ms: f64,
     /// Median time of preparing the reference, milliseconds.
     pub reference_ms: f64,
-    /// Mean bytes of the mixture, and of the cloud that it models.
+    /// Mean bytes of the reference as the store keeps it: its mixture, and its view.
     pub bytes: [f64; 2],
 }
 

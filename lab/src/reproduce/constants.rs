@@ -45,8 +45,6 @@ pub(crate) const ROOM_MAX_TRIES: usize = 30;
 pub(crate) const MIN_SIDE_RATIO: f64 = 1.2;
 /// Half a 95 % interval in standard deviations.
 pub(crate) const SIGMAS_95: f64 = 1.96;
-/// Numbers of a Gaussian: weight, mean, symmetric covariance.
-pub(crate) const NUMBERS_PER_COMPONENT: usize = 1 + 3 + 6;
 
 /// Repeats at each test site (paper section V).
 pub(crate) const REPEATS: usize = 10;

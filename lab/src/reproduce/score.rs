@@ -1,6 +1,6 @@
 //! Scores of the engine's answers against the truth.
 
-use super::constants::{NUMBERS_PER_COMPONENT, SIGMAS_95};
+use super::constants::SIGMAS_95;
 use super::scene_pair::{NoveltyTruth, ScenePair};
 use crate::timing::Timed;
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -37,7 +37,7 @@ pub struct SceneScore {
     pub chain_ms: f64,
     /// Preparation of the reference, milliseconds.
     pub reference_ms: f64,
-    /// Bytes of the mixture, and of the cloud that it models (f32 coordinates).
+    /// Bytes of the reference as the store keeps it: its mixture, and its view.
     pub bytes: [usize; 2],
 }
 
@@ -87,10 +87,7 @@ pub fn score(scene: &ScenePair, answer: &Timed<Inspection>) -> SceneScore {
         covered: right.map_or([0; 2], |(_, s, truth)| covered_sizes(truth, s)),
         chain_ms: answer.answer_ms,
         reference_ms: answer.reference_ms,
-        bytes: [
-            detection.components[1] * NUMBERS_PER_COMPONENT * size_of::<f32>(),
-            scene.current.points.len() * 3 * size_of::<f32>(),
-        ],
+        bytes: answer.stored_bytes,
     }
 }
 

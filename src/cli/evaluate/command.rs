@@ -1,6 +1,6 @@
 //! The command: which pairs, which engine and input, on how many threads.
 
-use super::report::EvaluateReport;
+use super::report::{EvaluateHead, EvaluateReport};
 use crate::cli::experiment::{RunClock, by_name, create_folder, write_report};
 use crate::cli::failure::{CommandResult, DONE, Failure};
 use crate::cli::{files, output, progress, value_parsers};
@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use patrold_engine::inspect::{Engine, EngineSettings};
 use patrold_lab::evaluate::{
     ChangeClass, EngineInput, ManifestEntry, PairCounts, PairPlan, PairScore, PairSet, PlaceKind,
-    SensorKind, SimulatedPair, dump, plan, run_engine, score,
+    SensorKind, SimulatedPair, dump, plan, quiet_threshold, quiet_visits, run_engine, score,
 };
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -29,6 +29,12 @@ pub(crate) struct EvaluateArgs {
     /// Input of the engine: points alone, or all that a sweep of our own has
     #[arg(long, value_enum, default_value_t = EngineInputArg::Both)]
     view: EngineInputArg,
+    /// The threshold of d_GMM
+    #[arg(long, value_enum, default_value_t = ThresholdArg::Engine)]
+    u_th: ThresholdArg,
+    /// With `--u-th quiet`: quiet visits to the place of each pair
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=MAX_QUIET_VISITS))]
+    quiet_visits: u32,
     /// Only pairs in such a place (may be repeated)
     #[arg(long, value_name = "NAME", value_parser = place)]
     place: Vec<PlaceKind>,
@@ -79,6 +85,17 @@ enum EngineInputArg {
     Sweep,
     /// One after the other
     Both,
+}
+
+/// More would only take time: the quantile is that of the last in twenty.
+const MAX_QUIET_VISITS: i64 = 1000;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ThresholdArg {
+    /// The engine's own
+    Engine,
+    /// Of each pair's place, from quiet visits to that place: the .95 quantile of their d_GMM
+    Quiet,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -141,6 +158,11 @@ impl EvaluateArgs {
             .collect()
     }
 
+    /// Quiet visits to each place that U_th comes from; `None`: it is the engine's own.
+    fn quiet_visits(&self) -> Option<u32> {
+        (self.u_th == ThresholdArg::Quiet).then_some(self.quiet_visits)
+    }
+
     /// Engines and inputs with which every pair is judged.
     fn runs(&self) -> Vec<(Engine, EngineInput)> {
         let inputs = match self.view {
@@ -164,6 +186,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> CommandResult {
     let evaluation = Evaluation {
         seed: args.seed,
         runs: args.runs(),
+        quiet_visits: args.quiet_visits(),
         folder: args.dump.as_deref(),
         clock: RunClock::start(),
     };
@@ -184,7 +207,13 @@ pub(crate) fn run(args: &EvaluateArgs) -> CommandResult {
         )?;
     }
     let seconds = evaluation.clock.seconds();
-    let report = EvaluateReport::new(&scores, args.seed, plan.len(), seconds);
+    let head = EvaluateHead {
+        seed: args.seed,
+        pairs: plan.len(),
+        quiet_visits: args.quiet_visits(),
+        seconds,
+    };
+    let report = EvaluateReport::new(head, &scores);
     write_report(&report, || report.tables(args.threads == 1), args.json)?;
     if args.list_misses && !args.json {
         output::line(report.misses())?;
@@ -199,6 +228,8 @@ type PairResult = (Vec<PairScore>, Option<ManifestEntry>);
 struct Evaluation<'a> {
     seed: u64,
     runs: Vec<(Engine, EngineInput)>,
+    /// Quiet visits to each place that U_th comes from.
+    quiet_visits: Option<u32>,
     folder: Option<&'a Path>,
     clock: RunClock,
 }
@@ -210,12 +241,23 @@ impl Evaluation<'_> {
             .folder
             .map(|folder| write_pair(&pair, folder))
             .transpose()?;
+        let visits = self.quiet_visits.map(|n| quiet_visits(&pair, n));
+        let visits = visits.transpose().map_err(Failure::failed)?;
         let clock = || self.clock.millis();
         let scores = self.runs.iter().map(|(engine, input)| {
             let named = |error| Failure::Failed(format!("pair {}: {error}", plan.name()));
             let settings = EngineSettings::for_engine(*engine).novelty;
+            let threshold = visits
+                .as_ref()
+                .map(|visits| quiet_threshold(&pair, visits, *input, &settings))
+                .transpose()
+                .map_err(named)?;
+            let settings = match &threshold {
+                Some(threshold) => threshold.apply(settings),
+                None => settings,
+            };
             let answer = run_engine(&pair, *input, &settings, &clock).map_err(named)?;
-            Ok(score(&pair, *engine, *input, &answer))
+            Ok(score(&pair, *engine, *input, threshold.as_ref(), &answer))
         });
         Ok((scores.collect::<Result<_, Failure>>()?, entry))
     }

@@ -1,76 +1,60 @@
 //! The report: tables, lines of misses, JSON.
 
+use super::miss::PairMiss;
 use crate::cli::experiment::{markdown_table, number};
-use crate::cli::table;
 use patrold_lab::Rate;
-use patrold_lab::evaluate::{ListedNovelty, PairScore, RateRow, rate_rows};
+use patrold_lab::evaluate::{PairScore, RateRow, SeparationRow, rate_rows, separation_rows};
 use serde::Serialize;
 
 /// The report.
 #[derive(Debug, Serialize)]
 pub(super) struct EvaluateReport {
-    seed: u64,
-    pairs: usize,
-    seconds: f64,
+    #[serde(flatten)]
+    head: EvaluateHead,
     rows: Vec<RateRow>,
+    separation: Vec<SeparationRow>,
     misses: Vec<PairMiss>,
 }
 
-/// A pair judged wrongly: a wrong verdict, or a false novelty.
+/// What was run.
 #[derive(Debug, Serialize)]
-struct PairMiss {
-    pair: String,
-    change: String,
-    place: &'static str,
-    sensor: &'static str,
-    pose_error: &'static str,
-    engine: &'static str,
-    view: &'static str,
-    verdict: &'static str,
-    reason: String,
-    d_gmm: f64,
-    unexplained: f64,
-    share: f64,
-    disagreement: f64,
-    iou: Option<f64>,
-    true_points: usize,
-    seen_points: usize,
-    beyond_points: usize,
-    shift_error_m: f64,
-    turn_error_deg: f64,
-    unobservable: Vec<String>,
-    novelties: Vec<MissedPairNovelty>,
-}
-
-#[derive(Debug, Serialize)]
-struct MissedPairNovelty {
-    kind: &'static str,
-    points: usize,
-    true_points: usize,
-    support: f64,
-    contribution: f64,
-    centre: [f64; 3],
-    extent: [f64; 3],
+pub(super) struct EvaluateHead {
+    /// Seed of the pairs.
+    pub seed: u64,
+    /// Number of pairs.
+    pub pairs: usize,
+    /// Quiet visits to the place of each pair that its U_th comes from; `None`: U_th is the engine's own.
+    pub quiet_visits: Option<u32>,
+    /// Duration of the run.
+    pub seconds: f64,
 }
 
 impl EvaluateReport {
     /// The report of these scores.
-    pub(super) fn new(scores: &[PairScore], seed: u64, pairs: usize, seconds: f64) -> Self {
+    pub(super) fn new(head: EvaluateHead, scores: &[PairScore]) -> Self {
         let wrong = scores.iter().filter(|s| !s.is_correct());
         Self {
-            seed,
-            pairs,
-            seconds,
+            head,
             rows: rate_rows(scores),
+            separation: separation_rows(scores),
             misses: wrong.map(PairMiss::new).collect(),
         }
     }
 
     /// The tables, one for each engine and input.
     pub(super) fn tables(&self, timed: bool) -> String {
+        let EvaluateHead {
+            seed,
+            pairs,
+            quiet_visits,
+            seconds,
+        } = &self.head;
+        let u_th = match quiet_visits {
+            Some(n) => format!("U_th from {n} quiet visits to the place of each pair"),
+            None => "U_th of the engine".to_owned(),
+        };
         let mut parts = vec![format!(
-            "{} pairs, seed {}, {:.0} s; rates in % with 95 % intervals (Wilson)",
-            self.pairs, self.seed, self.seconds
+            "{pairs} pairs, seed {seed}, {seconds:.0} s, {u_th}; rates in % with 95 % intervals (Wilson)"
         )];
         let table = |r: &RateRow| (r.set, r.engine, r.view, r.group);
         for rows in self.rows.chunk_by(|a, b| table(a) == table(b)) {
@@ -85,12 +69,32 @@ impl EvaluateReport {
                 parts.push(format!("\n{title}\n{}", rate_table(rows, timed)));
             }
         }
+        let table = |r: &SeparationRow| (r.set, r.engine, r.view, r.group);
+        for rows in self.separation.chunk_by(|a, b| table(a) == table(b)) {
+            if let Some(first) = rows.first() {
+                let title = format!(
+                    "{} d_GMM of quiet and {} pairs: {} engine, {}",
+                    first.set.replace('_', " "),
+                    first.group,
+                    first.engine,
+                    first.view
+                );
+                parts.push(format!("\n{title}\n{}", separation_table(rows)));
+            }
+        }
         parts.join("\n")
     }
 
     /// One line for each miss.
     pub(super) fn misses(&self) -> String {
-        let lines: Vec<String> = self.misses.iter().map(|m| m.line(self.seed)).collect();
+        let EvaluateHead {
+            seed, quiet_visits, ..
+        } = &self.head;
+        let u_th = quiet_visits.map_or(String::new(), |n| {
+            format!(" --u-th quiet --quiet-visits {n}")
+        });
+        let run = format!("--seed {seed}{u_th}");
+        let lines: Vec<String> = self.misses.iter().map(|m| m.line(&run)).collect();
         lines.join("\n")
     }
 }
@@ -106,7 +110,12 @@ fn rate_table(rows: &[RateRow], timed: bool) -> String {
     if !quiet {
         headings.extend(["found", "IoU", "IoU seen", "precision"]);
     }
-    headings.extend(["shift p50/p95 cm", "turn p50/p95 deg", "unobs."]);
+    headings.extend([
+        "shift p50/p95 cm",
+        "turn p50/p95 deg",
+        "unobs.",
+        "kB mixture / view",
+    ]);
     if timed {
         headings.push("ms");
     }
@@ -133,11 +142,44 @@ fn rate_table(rows: &[RateRow], timed: bool) -> String {
             pair(row.shift_error_m, 100.0),
             pair(row.turn_error_deg, 1.0),
             row.unobservable.to_string(),
+            row.stored_bytes
+                .map(|b| format!("{:.1}", b / 1e3))
+                .join(" / "),
         ]);
         if timed {
             cells.push(number(row.verdict_ms, 0));
         }
         table.add_row(cells);
+    }
+    table.to_string()
+}
+
+fn separation_table(rows: &[SeparationRow]) -> String {
+    let mut table = markdown_table(&[
+        "pairs of",
+        "quiet",
+        "changed",
+        "AUC of d",
+        "AUC of d / U_th",
+        "false alarms",
+        "found",
+        "IoU",
+        "U_th min/p50/max",
+        "visits not observed",
+    ]);
+    for row in rows {
+        table.add_row([
+            row.of.clone(),
+            row.quiet.to_string(),
+            row.changed.to_string(),
+            number(Some(row.auc), 3),
+            number(Some(row.auc_of_ratio), 3),
+            percent(&row.alarmed),
+            percent(&row.found),
+            number(row.iou, 2),
+            row.u_th.map(|u| format!("{u:.5}")).join(" / "),
+            row.unobserved_visits.to_string(),
+        ]);
     }
     table.to_string()
 }
@@ -152,95 +194,4 @@ fn percent(rate: &Rate) -> String {
         p(rate.low),
         p(rate.high)
     )
-}
-
-impl PairMiss {
-    fn new(score: &PairScore) -> Self {
-        Self {
-            pair: score.plan.name(),
-            change: score.change_description.clone(),
-            place: score.plan.place.as_str(),
-            sensor: score.plan.sensor.as_str(),
-            pose_error: score.plan.pose_error.as_str(),
-            engine: score.engine.as_str(),
-            view: score.input.as_str(),
-            verdict: score.verdict.as_str(),
-            reason: score.reason.clone(),
-            d_gmm: score.d_gmm,
-            unexplained: score.unexplained,
-            share: score.share,
-            disagreement: score.disagreement,
-            iou: score.iou,
-            true_points: score.true_points,
-            seen_points: score.seen_points,
-            beyond_points: score.beyond_points,
-            shift_error_m: score.shift_error_m,
-            turn_error_deg: score.turn_error_deg,
-            unobservable: score.unobservable.clone(),
-            novelties: score.listed.iter().map(MissedPairNovelty::new).collect(),
-        }
-    }
-
-    fn line(&self, seed: u64) -> String {
-        let novelties: Vec<String> = self.novelties.iter().map(MissedPairNovelty::text).collect();
-        format!(
-            "--seed {seed} --pair {} --view {} --engine {}: {} in {}, {}, pose {}: {} ({}); d {:.5}, unexplained {:.5}, \
-             share {:.2}, disagreement {:.2}, off {:.1} cm {:.2} deg{}, IoU {}, true points {} ({} seen, {} beyond the free range); {}",
-            self.pair,
-            self.view,
-            self.engine,
-            self.change,
-            self.place,
-            self.sensor,
-            self.pose_error,
-            self.verdict,
-            self.reason,
-            self.d_gmm,
-            self.unexplained,
-            self.share,
-            self.disagreement,
-            100.0 * self.shift_error_m,
-            self.turn_error_deg,
-            if self.unobservable.is_empty() {
-                ""
-            } else {
-                " (observable directions alone)"
-            },
-            number(self.iou, 2),
-            self.true_points,
-            self.seen_points,
-            self.beyond_points,
-            if novelties.is_empty() {
-                "nothing listed".to_owned()
-            } else {
-                novelties.join("; ")
-            }
-        )
-    }
-}
-
-impl MissedPairNovelty {
-    fn new(listed: &ListedNovelty) -> Self {
-        Self {
-            kind: listed.kind.as_str(),
-            points: listed.points,
-            true_points: listed.true_points,
-            support: listed.support,
-            contribution: listed.contribution,
-            centre: listed.centre,
-            extent: listed.extent,
-        }
-    }
-
-    fn text(&self) -> String {
-        format!(
-            "{} {} points ({} true) support {:.0} at {} size {}",
-            self.kind,
-            self.points,
-            self.true_points,
-            self.support,
-            table::format_point(self.centre),
-            table::format_point(self.extent)
-        )
-    }
 }

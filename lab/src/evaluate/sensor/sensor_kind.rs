@@ -82,11 +82,46 @@ impl SensorKind {
 
     /// One such sensor with random parameters.
     pub fn setup(self, rng: &mut SeededRng) -> SensorSetup {
-        if self == Self::Rings {
-            return ring_scanner::setup(rng);
+        match self {
+            Self::Rings => ring_scanner::setup(rng),
+            _ => self.setup_of(&SensorDraws::new(rng)),
         }
-        let from_deg = rng.uniform(FIRST_TILT_DEG.0, FIRST_TILT_DEG.1);
-        let to_deg = rng.uniform(LAST_TILT_DEG.0, LAST_TILT_DEG.1);
+    }
+
+    /// The sensor that [`setup`](Self::setup) gives for `rng`, at another revisit: what differs from visit to visit (noise,
+    /// drift, rows) is drawn from `visit`.
+    pub fn setup_at_visit(self, rng: &mut SeededRng, visit: &mut SeededRng) -> SensorSetup {
+        if self == Self::Rings {
+            let (own, other) = (ring_scanner::setup(rng), ring_scanner::setup(visit));
+            let [reference_errors, _] = own.errors;
+            let [_, visit_errors] = other.errors;
+            return SensorSetup {
+                errors: [reference_errors, visit_errors],
+                seeds: [own.seeds[0], other.seeds[1]],
+                ..own
+            };
+        }
+        let (own, other) = (SensorDraws::new(rng), SensorDraws::new(visit));
+        self.setup_of(&SensorDraws {
+            seeds: [own.seeds[0], other.seeds[1]],
+            drift_sign: other.drift_sign,
+            coarse_lines: other.coarse_lines,
+            offsets: other.offsets,
+            ..own
+        })
+    }
+
+    fn setup_of(self, draws: &SensorDraws) -> SensorSetup {
+        let SensorDraws {
+            from_deg,
+            to_deg,
+            seeds,
+            surfaces,
+            drift_sign: sign,
+            lost_share: share,
+            coarse_lines: coarse,
+            offsets,
+        } = *draws;
         let rows = ScanRows {
             from_deg,
             to_deg,
@@ -95,14 +130,6 @@ impl SensorKind {
             row_offset: 0.0,
             step_offset: 0.0,
         };
-        let seeds = [rng.seed(), rng.seed()];
-        let surfaces = rng.seed();
-        let sign = rng.sign();
-        let (share, coarse) = (
-            rng.uniform(FLICKER.0, FLICKER.1),
-            rng.integer(COARSE_LINES.0, COARSE_LINES.1),
-        );
-        let offsets = (rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5));
         let revisit_rows = match self {
             Self::Coarse => ScanRows {
                 count: coarse,
@@ -154,6 +181,69 @@ impl SensorKind {
             reach_m: URG_REACH_M,
             stated_noise: URG_NOISE,
             free_range_m: FREE_RANGE_M,
+        }
+    }
+}
+
+/// The random parameters of a sensor.
+#[derive(Debug, Clone, Copy)]
+struct SensorDraws {
+    /// Tilt of the first row, degrees.
+    from_deg: f64,
+    /// Tilt of the last row, degrees.
+    to_deg: f64,
+    /// Of the noise: reference, revisit.
+    seeds: [u64; 2],
+    /// Of the biases of surfaces.
+    surfaces: u64,
+    drift_sign: f64,
+    /// Share of beams that give no return.
+    lost_share: f64,
+    /// Lines of a coarse revisit.
+    coarse_lines: usize,
+    /// Shift of the revisit's rows and beams.
+    offsets: (f64, f64),
+}
+
+impl SensorDraws {
+    fn new(rng: &mut SeededRng) -> Self {
+        // Fields are drawn in this order: another would give other pairs for the same seed.
+        Self {
+            from_deg: rng.uniform(FIRST_TILT_DEG.0, FIRST_TILT_DEG.1),
+            to_deg: rng.uniform(LAST_TILT_DEG.0, LAST_TILT_DEG.1),
+            seeds: [rng.seed(), rng.seed()],
+            surfaces: rng.seed(),
+            drift_sign: rng.sign(),
+            lost_share: rng.uniform(FLICKER.0, FLICKER.1),
+            coarse_lines: rng.integer(COARSE_LINES.0, COARSE_LINES.1),
+            offsets: (rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SensorKind;
+    use crate::evaluate::seeded_rng::SeededRng;
+
+    #[test]
+    fn another_visit_has_the_same_sensor_with_other_noise() {
+        for kind in SensorKind::all() {
+            let own = || SeededRng::new(4, 0);
+            let setup = kind.setup(&mut own());
+            let visit = |stream| kind.setup_at_visit(&mut own(), &mut SeededRng::new(4, stream));
+            let (first, second) = (visit(1), visit(2));
+            for other in [&first, &second] {
+                assert_eq!(other.errors[0], setup.errors[0], "{kind:?}");
+                assert_eq!(other.seeds[0], setup.seeds[0], "{kind:?}");
+                assert_eq!(other.patterns[0].origin(), setup.patterns[0].origin());
+                assert_ne!(other.seeds[1], setup.seeds[1], "{kind:?}");
+            }
+            assert_ne!(first.seeds[1], second.seeds[1], "{kind:?}");
+            // Biases belong to the surfaces of the place.
+            if kind == SensorKind::Biased {
+                assert_eq!(first.errors, setup.errors);
+            }
         }
     }
 }
