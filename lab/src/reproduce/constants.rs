@@ -56,14 +56,8 @@ pub(crate) const SITE_ROWS: usize = 120;
 pub(crate) const RETURN_ERROR: [f64; 2] = [0.03, 1.5];
 /// Height of the pan-tilt's base over the floor, metres.
 pub(crate) const BASE_HEIGHT_M: f64 = 0.5;
-/// Hinge of the door on the floor, metres; its doorway is in the text of the scene.
-pub(crate) const DOOR_HINGE_M: [f64; 2] = [2.55, 1.17];
-/// Width and height of the door leaf, metres.
-pub(crate) const DOOR_LEAF_M: [f64; 2] = [0.9, 2.0];
 /// Thickness of the door leaf, metres.
 pub(crate) const DOOR_THICKNESS_M: f64 = 0.04;
-/// Angle of the open door, degrees, into the corridor.
-pub(crate) const DOOR_OPEN_DEG: f64 = 80.0;
 /// Height of the person, metres.
 pub(crate) const PERSON_HEIGHT_M: f64 = 1.75;
 /// Position of the person, metres.

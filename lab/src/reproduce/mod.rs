@@ -19,6 +19,7 @@ mod removal;
 mod run_engine;
 mod scene_pair;
 mod score;
+mod site_scene;
 mod sweep_pair;
 mod table_column;
 mod test_site;

@@ -56,7 +56,7 @@ pub(crate) struct ReproduceArgs {
 enum TableArg {
     /// Simulated data: one object in a corridor of 400 points
     Table1,
-    /// Three test sites: a door opened, a person in a corridor, a door closed
+    /// Three test sites: a door opened in an office, a person in a corridor, a door closed in a laboratory
     Table2,
     /// One object of any class in a furnished room: what the paper left for later
     Rooms,
