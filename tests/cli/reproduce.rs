@@ -97,8 +97,9 @@ fn table2_has_every_site_with_mixtures_smaller_than_clouds() {
     for site in ["door-opened", "person", "door-closed"] {
         let [mixture, cloud] =
             [0, 1].map(|k| row(&report, "sites", "feature", site)["bytes"][k].as_f64());
-        // A mixture takes fewer bytes than its cloud.
-        assert!(mixture > Some(0.0) && mixture < cloud, "{site}");
+        // As stored: ten numbers of eight bytes a Gaussian, three a beam. Many beams are one Gaussian.
+        let ratio = cloud.expect("bytes") / mixture.expect("bytes");
+        assert!(ratio > 20.0, "{site}: {ratio}");
     }
 }
 
@@ -131,38 +132,74 @@ fn rooms_have_objects_of_every_class() {
     assert!(all["size_share"].as_f64() < Some(0.1), "{all}");
 }
 
-#[test]
-fn figures_are_written_on_request() {
+/// The figures that a run writes, by name.
+fn figures(args: &[&str], names: &[&str]) -> Vec<String> {
     let dir = tempfile::tempdir().expect("temp dir");
-    let args = [
-        "reproduce",
-        "table1",
-        "--set",
-        "fine",
-        "--scenes",
-        "1",
-        "--way",
-        "feature",
-        "--figures",
-        "of/it",
-    ];
-    let ran = patrold(dir.path(), &args);
+    let more = ["--scenes", "1", "--way", "feature", "--figures", "of/it"];
+    let ran = patrold(dir.path(), &[&["reproduce"], args, &more].concat());
     assert_eq!(ran.code, 0, "{ran:?}");
-    for name in [
+    let read = |name: &&str| {
+        let path = dir.path().join(format!("of/it/{name}.svg"));
+        let svg = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let whole = svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>");
+        assert!(whole, "{name}");
+        svg
+    };
+    names.iter().map(read).collect()
+}
+
+/// The texts in an SVG.
+fn texts(svg: &str) -> Vec<&str> {
+    let after = svg.split("<text").skip(1);
+    let inner = after.filter_map(|t| t.split_once('>')?.1.split_once("</text>"));
+    inner.map(|(text, _)| text.trim()).collect()
+}
+
+const BLUE: &str = "#0000FF";
+const RED: &str = "#FF0000";
+
+#[test]
+fn table1_draws_figures_3_to_5() {
+    let names = [
         "fig3",
-        "fig4d",
+        "fig4",
+        "algorithm1",
         "fig5-fine-sphere-0",
         "fig5-fine-cylinder-0",
         "fig5-fine-plane-0",
-    ] {
-        let path = dir.path().join(format!("of/it/{name}.svg"));
-        let svg = std::fs::read_to_string(&path).expect(name);
-        assert!(
-            svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"),
-            "{name}"
-        );
-        // Method A is blue, method B and the threshold red.
-        assert!(svg.contains("#FF0000"), "{name}");
+    ];
+    let drawn = figures(&["table1", "--set", "fine"], &names);
+    // In Fig. 3 the novelty has its number; it has Gaussians of its own colour.
+    assert!(texts(&drawn[0]).contains(&"1"), "{:?}", texts(&drawn[0]));
+    assert!(drawn[0].contains(RED) && !drawn[0].contains(BLUE));
+    let panels = |svg: &str| {
+        let titled = |t: &&str| t.get(1..3) == Some(") ");
+        let letters = texts(svg)
+            .into_iter()
+            .filter(titled)
+            .map(|t| t[..1].to_owned());
+        letters.collect::<Vec<_>>()
+    };
+    assert_eq!(panels(&drawn[0]), ["a", "b", "c", "d"]);
+    assert_eq!(panels(&drawn[1]), ["a", "b", "c", "d"]);
+    assert_eq!(panels(&drawn[3]), ["a", "d"]);
+    assert_eq!(panels(&drawn[5]), ["c", "f"]);
+    // Method A is blue, method B and the threshold red.
+    for svg in &drawn[1..] {
+        assert!(svg.contains(BLUE) && svg.contains(RED));
+    }
+}
+
+#[test]
+fn table2_draws_figure_6_a_to_l() {
+    let names = ["door-opened", "person", "door-closed"].map(|s| format!("fig6-sites-{s}-0"));
+    let drawn = figures(&["table2"], &names.each_ref().map(String::as_str));
+    for (svg, letters) in drawn.iter().zip(["adgj", "behk", "cfil"]) {
+        for letter in letters.chars() {
+            let title = format!("{letter}) ");
+            assert!(texts(svg).iter().any(|t| t.starts_with(&title)), "{title}");
+        }
+        assert!(svg.contains(BLUE) && svg.contains(RED), "{letters}");
     }
 }
 

@@ -3,7 +3,8 @@
 //!
 //! [`CorridorScene`], [`TestSite`] and [`FurnishedRoom`] simulate scenes with their truth, [`run_engine()`] runs the engine
 //! and method of a [`TableColumn`], [`score()`] compares one answer with its truth, [`column_rows()`] counts.
-//! [`remove_gaussians`] is Fig. 3, [`cylinder_attitudes`] Fig. 4d; [`scene_picture`] is the content of Fig. 5 and 6.
+//! [`remove_gaussians`] runs Algorithm 1, [`cylinder_attitudes`] is Fig. 4d; [`scene_picture`] is the content of the other
+//! figures.
 
 mod column_rows;
 mod column_summary;
@@ -32,7 +33,7 @@ pub use furnished_room::FurnishedRoom;
 pub use ideal_cylinder::{AxisAccuracy, CylinderAttitude, axis_accuracy, cylinder_attitudes};
 pub use outline::{Polyline, gaussian_outline, shape_outline};
 pub use paper_tables::{PAPER_COLUMNS, PaperColumn};
-pub use picture::{ScenePicture, scene_picture};
+pub use picture::{AppearedPicture, ScenePicture, scene_picture};
 pub use removal::{GaussianRemoval, RemovalError, RemovalStep, remove_gaussians};
 pub use run_engine::run_engine;
 pub use scene_pair::{NoveltyTruth, ScenePair};

@@ -4,7 +4,7 @@ use super::scene_pair::ScenePair;
 use super::table_column::TableColumn;
 use crate::constants::ENGINE_SEED;
 use crate::timing::{MillisClock, Timed, timed};
-use patrold_engine::inspect::{EngineSettings, Inspection, inspect, prepare};
+use patrold_engine::inspect::{Inspection, inspect, prepare};
 use patrold_engine::novelty::NoveltyError;
 
 /// The answer to a scene of the engine and method of a column: verdict, novelties, shapes. Where method A samples ellipsoids,
@@ -18,18 +18,18 @@ pub fn run_engine(
     ellipsoid_sigmas: f64,
     clock: MillisClock<'_>,
 ) -> Result<Timed<Inspection>, NoveltyError> {
-    run_with_settings(scene, &column.settings(ellipsoid_sigmas), clock)
-}
-
-/// The answer to a scene with any settings.
-pub(super) fn run_with_settings(
-    scene: &ScenePair,
-    settings: &EngineSettings,
-    clock: MillisClock<'_>,
-) -> Result<Timed<Inspection>, NoveltyError> {
+    let settings = column.settings(ellipsoid_sigmas);
     timed(
         clock,
-        || prepare(&scene.reference, settings, ENGINE_SEED),
-        |prepared| inspect(prepared, &scene.current, settings, ENGINE_SEED, &mut |_| {}),
+        || prepare(&scene.reference, &settings, ENGINE_SEED),
+        |prepared| {
+            inspect(
+                prepared,
+                &scene.current,
+                &settings,
+                ENGINE_SEED,
+                &mut |_| {},
+            )
+        },
     )
 }

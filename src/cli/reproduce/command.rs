@@ -1,9 +1,9 @@
 //! The command: which scenes, in which columns, on how many threads.
 
 use super::figure_numbers::FigureNumbers;
-use super::figure_svg;
 use super::plan::{CorridorSetArg, ScenePlan, corridor_scenes, room_scenes, site_scenes};
 use super::report::{ReportHead, ReproduceReport};
+use super::{figure_scenes, figure_svg, removal_curve};
 use crate::cli::experiment::{RunClock, by_name, create_folder, write_report};
 use crate::cli::failure::{CommandResult, DONE, Failure};
 use crate::cli::progress;
@@ -175,7 +175,7 @@ fn judge(
     results.collect()
 }
 
-/// Fig. 3 and 4d, and as Fig. 5 or 6 the first scene of every kind.
+/// Fig. 3 and 4 and the curve of Algorithm 1, and as Fig. 5 or 6 the first scene of every kind.
 fn draw(
     folder: &Path,
     args: &ReproduceArgs,
@@ -183,14 +183,17 @@ fn draw(
     figures: Option<&FigureNumbers>,
 ) -> Result<(), Failure> {
     if let Some(figures) = figures {
-        figure_svg::gaussian_removal(folder, figures.removal())?;
-        if let Some(first) = figures.attitudes().first() {
-            figure_svg::ideal_cylinder(folder, first)?;
+        removal_curve::write(folder, figures.removal())?;
+        figure_svg::corridor(folder, &figure_scenes::fig3(args.seed)?)?;
+        let novelty = figure_scenes::fig4(args.seed)?;
+        if let (Some(novelty), Some(first)) = (novelty, figures.attitudes().first()) {
+            figure_svg::retrieval(folder, &novelty, first)?;
         }
     }
     let figure = match args.table {
-        TableArg::Table1 => "fig5",
-        TableArg::Table2 | TableArg::Rooms => "fig6",
+        TableArg::Table1 => Some("fig5"),
+        TableArg::Table2 => Some("fig6"),
+        TableArg::Rooms => None,
     };
     let mut drawn = Vec::new();
     for scene in plan.iter().filter(|scene| !scene.is_empty()) {
@@ -201,8 +204,15 @@ fn draw(
         drawn.push(kind);
         let pair = scene.simulate(args.seed).map_err(Failure::failed)?;
         let picture = scene_picture(&pair).map_err(Failure::failed)?;
-        let name = format!("{figure}-{}-{}", scene.set(), scene.name());
-        figure_svg::scene(folder, &name, &picture)?;
+        let (name, letters) = match figure {
+            Some(figure) => (
+                format!("{figure}-{}-{}", scene.set(), scene.name()),
+                figure_scenes::letters(scene.kind()),
+            ),
+            // No figure of the paper.
+            None => (format!("{}-{}", scene.set(), scene.name()), [None; 4]),
+        };
+        figure_svg::scene(folder, &name, &picture, letters)?;
     }
     Ok(())
 }

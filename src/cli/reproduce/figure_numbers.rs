@@ -1,10 +1,11 @@
 //! Fig. 3 and Fig. 4d as numbers.
 
+use super::figure_scenes::ideal_corridor;
 use crate::cli::experiment::number;
 use crate::cli::failure::Failure;
 use patrold_lab::reproduce::{
-    AxisAccuracy, BeamLayout, CorridorNoise, CorridorObject, CorridorScene, CylinderAttitude,
-    GaussianRemoval, PointDensity, axis_accuracy, cylinder_attitudes, remove_gaussians,
+    AxisAccuracy, CorridorObject, CylinderAttitude, GaussianRemoval, axis_accuracy,
+    cylinder_attitudes, remove_gaussians,
 };
 use serde::Serialize;
 
@@ -37,19 +38,8 @@ struct Fig4d {
 impl FigureNumbers {
     /// The figures of this seed.
     pub(super) fn new(seed: u64) -> Result<Self, Failure> {
-        // The corridor of Fig. 3 is ideal: the reading of least noise.
-        let corridor = |object| {
-            let scene = CorridorScene {
-                object,
-                noise: CorridorNoise::Fine,
-                density: PointDensity::Many,
-                beams: BeamLayout::Rows,
-                number: 0,
-            };
-            scene.simulate(seed).map_err(Failure::failed)
-        };
-        let scene = corridor(CorridorObject::Cylinder)?;
-        let empty = corridor(CorridorObject::Nothing)?;
+        let scene = ideal_corridor(CorridorObject::Cylinder, seed)?;
+        let empty = ideal_corridor(CorridorObject::Nothing, seed)?;
         let removal = remove_gaussians(&scene, &empty.current).map_err(Failure::failed)?;
         let attitudes = cylinder_attitudes(seed).map_err(Failure::failed)?;
         Ok(Self {
