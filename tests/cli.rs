@@ -28,6 +28,10 @@ mod log_waypoints;
 mod manifest;
 #[path = "cli/rejudge.rs"]
 mod rejudge;
+#[path = "cli/mixtures_out.rs"]
+mod mixtures_out;
+#[path = "cli/reference_mixture.rs"]
+mod reference_mixture;
 #[path = "cli/reproduce.rs"]
 mod reproduce;
 #[path = "cli/schemas.rs"]

@@ -5,8 +5,8 @@ use patrold_engine::geometry::View;
 use patrold_engine::inspect::EngineSettings;
 use patrold_engine::novelty::Verdict;
 use patrold_lab::evaluate::{
-    ChangeClass, EngineInput, PairPlan, PairSet, PointLabel, SimulatedPair, quiet_threshold,
-    quiet_visits, run_engine,
+    ChangeClass, EngineInput, KeptReference, PairPlan, PairSet, PointLabel, SimulatedPair,
+    quiet_threshold, quiet_visits, run_engine,
 };
 
 const SEED: u64 = 11;
@@ -146,7 +146,7 @@ fn the_pose_stays_put_along_the_unobservable_direction_of_a_corridor() {
     let pair = SimulatedPair::simulate(&plan, 5).expect("a scene");
     let settings = EngineSettings::standard().novelty;
     for input in [EngineInput::Bare, EngineInput::Sweep] {
-        let found = run_engine(&pair, input, &settings, &|| 0.0)
+        let found = run_engine(&pair, input, KeptReference::View, &settings, &|| 0.0)
             .expect("enough points")
             .answer;
         assert_eq!(found.registration.unobservable.len(), 1);
@@ -181,7 +181,13 @@ fn the_threshold_of_a_place_lies_below_what_changed_there() {
             assert_eq!(quiet.unobserved, 0);
             let u_th = quiet.u_th.expect("observed visits");
             // The visits see the place without the change.
-            let judged = run_engine(&pair, input, &quiet.apply(settings.clone()), &|| 0.0);
+            let judged = run_engine(
+                &pair,
+                input,
+                KeptReference::View,
+                &quiet.apply(settings.clone()),
+                &|| 0.0,
+            );
             let judged = judged.expect("points").answer;
             assert!(u_th < judged.d_gmm, "{change:?}: {u_th}, {}", judged.d_gmm);
             assert_eq!((judged.u_th, judged.verdict), (u_th, Verdict::Changed));

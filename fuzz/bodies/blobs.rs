@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Point3};
 use patrold_engine::blob::{decode_mixture, decode_view, encode_mixture, encode_view};
 use patrold_engine::geometry::{Mount, RollPitchYaw, View};
 use patrold_engine::mixture::{Gaussian, Mixture};
+use patrold_engine::novelty::{ComponentBeams, ReferenceMixture};
 use patrold_engine::scan::ScanGeometry;
 use patrold_engine::sweep::{
     HeadMotion, PanSegment, PositionPoll, RawSweep, StampedScan, TimeSample, decode_raw_sweep,
@@ -11,9 +12,10 @@ use patrold_engine::sweep::{
 };
 
 pub(crate) fn run(data: &[u8]) {
-    if let Ok(mixture) = decode_mixture(data) {
-        assert_eq!(mixture.weights.len(), mixture.components.len());
-        assert!(encode_mixture(&mixture).len() <= data.len());
+    if let Ok(gamma) = decode_mixture(data) {
+        assert_eq!(gamma.mixture.weights.len(), gamma.mixture.len());
+        assert_eq!(gamma.beams.len(), gamma.mixture.len());
+        assert!(encode_mixture(&gamma).len() <= data.len());
     }
     if let Ok(view) = decode_view("fuzzed", data) {
         assert!(24 * (view.points.len() + view.no_return.len()) <= data.len());
@@ -88,9 +90,18 @@ pub(crate) fn seeds() -> Vec<Vec<u8>> {
         weights: vec![0.25, 0.75],
         components: vec![component; 2],
     };
+    let beams = ComponentBeams {
+        count: 40.0,
+        noise_m: 0.01,
+        lost_share: 0.1,
+    };
+    let gamma = ReferenceMixture {
+        mixture,
+        beams: vec![beams; 2],
+    };
     let points = vec![Point3::new(1.0, 0.5, 0.25); 3];
     vec![
-        encode_mixture(&mixture),
+        encode_mixture(&gamma),
         encode_view(&View::from_points(points, Point3::origin())),
         encode_raw_sweep(&raw_sweep()),
     ]

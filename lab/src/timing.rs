@@ -39,7 +39,7 @@ pub(crate) fn timed<T, E>(
 
 fn stored_bytes(reference: &Reference) -> [usize; 2] {
     [
-        encode_mixture(&reference.mixture).len(),
+        encode_mixture(&reference.gamma).len(),
         encode_view(&reference.prepared.view).len(),
     ]
 }

@@ -58,7 +58,7 @@ enum CliCommand {
     Shapes(shapes::ShapesArgs),
     /// Check or show the configuration
     Config(config::ConfigArgs),
-    /// List, show or forget waypoints and their references
+    /// List, show or forget waypoints and their references; make a mixture anew
     Waypoints(waypoints::WaypointsArgs),
     /// List, show, acknowledge or export alarms
     Alarms(alarms::AlarmsArgs),

@@ -4,7 +4,7 @@ use super::failure::{
     CHANGED, CommandResult, DONE, FAILED, Failure, NOT_OBSERVED, verdict_exit_code,
 };
 use super::stopwatch::{CompareTiming, Stopwatch};
-use super::{alarm_report, clouds, files, output, table, value_parsers};
+use super::{alarm_report, clouds, files, mixtures_out, output, table, value_parsers};
 use crate::config::{self, Settings, load};
 use clap::Args;
 use nalgebra::Point3;
@@ -15,6 +15,7 @@ use patrold_engine::novelty::Detection;
 use patrold_engine::report::InspectionReport;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
@@ -48,6 +49,9 @@ pub(super) struct CompareArgs {
     /// Write the points of all listed novelties
     #[arg(long, value_name = "FILE.ply")]
     novelty_out: Option<PathBuf>,
+    /// Write both mixtures as compared to DIR/gamma.json and DIR/theta.json; of a manifest, to a folder for each pair
+    #[arg(long, value_name = "DIR")]
+    mixtures_out: Option<PathBuf>,
     /// Position of the sensor in the reference cloud, metres
     #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::parse_point, allow_hyphen_values = true)]
     reference_origin: Option<Point3<f64>>,
@@ -71,6 +75,8 @@ struct CloudPair {
     labels_out: Option<PathBuf>,
     #[serde(skip)]
     novelty_out: Option<PathBuf>,
+    #[serde(skip)]
+    mixtures_out: Option<PathBuf>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -142,6 +148,7 @@ fn run_pair(args: &CompareArgs, settings: &Settings) -> CommandResult {
         current_origin: array(args.current_origin),
         labels_out: args.labels_out.clone(),
         novelty_out: args.novelty_out.clone(),
+        mixtures_out: args.mixtures_out.clone(),
     };
     let compared = compare(&pair, settings)?;
     if args.json {
@@ -159,12 +166,17 @@ fn run_manifest(path: &Path, args: &CompareArgs, settings: &Settings) -> Command
     let folder = path.parent().unwrap_or(Path::new(""));
     let progress = super::progress::bar(manifest.pairs.len(), "pairs");
     let mut codes = Vec::new();
+    let mut folders = BTreeSet::new();
     for (index, entry) in manifest.pairs.into_iter().enumerate() {
         let name = match entry.get("name") {
             Some(Value::String(name)) => name.clone(),
             _ => index.to_string(),
         };
         let compared = parse_pair(entry, folder, args).and_then(|pair| {
+            if pair.mixtures_out.is_some() && !folders.insert(pair.name.clone()) {
+                let text = "--mixtures-out: another pair has this name; rename one of them";
+                return Err(Failure::Failed(text.to_owned()));
+            }
             let compared = compare(&pair, settings)?;
             output::json(&pair_report(&pair, &compared))?;
             Ok(verdict_exit_code(compared.inspection.detection.verdict))
@@ -193,6 +205,9 @@ fn parse_pair(entry: Value, folder: &Path, args: &CompareArgs) -> Result<CloudPa
         *file = folder.join(&*file);
     }
     pair.labels_out = pair.labels_out.map(|file| folder.join(file));
+    if let Some(dir) = &args.mixtures_out {
+        pair.mixtures_out = Some(mixtures_out::pair_folder(dir, &pair.name)?);
+    }
     let array = |p: Option<Point3<f64>>| p.map(|p| p.coords.into());
     if pair.sensor_origin.is_none() {
         let from_args = |own: Option<Point3<f64>>| array(own.or(args.sensor_origin));
@@ -253,6 +268,9 @@ fn write_outputs(
             .flat_map(|n| n.points.iter().copied())
             .collect();
         files::write(path, &write_ply(&points))?;
+    }
+    if let Some(dir) = &pair.mixtures_out {
+        mixtures_out::write(dir, &detection.compared)?;
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! A command line in, an exit code out. Each command has a file or folder of its name; it parses arguments, calls the other
+//! A command line in, an exit code out. Each command has a file or folder of its name (`waypoints rebuild` has one of its own); it parses arguments, calls the other
 //! modules and reports the result as text or JSON.
 //!
 //! | file | what several commands share |
@@ -9,6 +9,7 @@
 //! | `output`, `table`, `progress`, `alarm_report`, `calibration_report`, `stopwatch` | what a command prints |
 //! | `client`, `signals` | the socket of the service; SIGINT and SIGTERM |
 //! | `experiment` | what `evaluate` and `reproduce` share |
+//! | `mixtures_out` | what `compare` and `rejudge` write for `distance` |
 
 mod alarm_report;
 mod alarms;
@@ -29,6 +30,7 @@ mod failure;
 mod files;
 mod fit;
 mod fuse;
+mod mixtures_out;
 mod output;
 mod progress;
 mod rejudge;
@@ -44,6 +46,7 @@ mod teach;
 mod time_arg;
 mod value_parsers;
 mod visit;
+mod waypoint_rebuild;
 mod waypoints;
 
 pub use args::{Cli, run};

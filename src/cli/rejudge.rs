@@ -2,13 +2,13 @@
 
 use super::alarm_report::novelty_text;
 use super::failure::{CommandResult, Failure, NOT_OBSERVED, verdict_exit_code};
-use super::{config, output};
+use super::{config, mixtures_out, output};
 use crate::config::Settings;
-use crate::store::{Store, StoredReference, StoredVisit};
+use crate::store::{ReferenceError, Store, StoredReference, StoredVisit};
 use clap::Args;
 use patrold_engine::geometry::View;
-use patrold_engine::inspect::{inspect, prepare};
-use patrold_engine::novelty::Verdict;
+use patrold_engine::inspect::inspect;
+use patrold_engine::novelty::{ComparedMixtures, Verdict};
 use patrold_engine::report::NoveltyRecord;
 use patrold_engine::sweep::{SweepQuality, assemble, decode_raw_sweep};
 use serde::Serialize;
@@ -21,6 +21,9 @@ pub(super) struct RejudgeArgs {
     /// Use the U_th that was in force at the visit
     #[arg(long)]
     stored_u_th: bool,
+    /// Write both mixtures as compared to DIR/gamma.json and DIR/theta.json
+    #[arg(long, value_name = "DIR")]
+    mixtures_out: Option<PathBuf>,
     /// Configuration file
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -48,6 +51,12 @@ struct NewVerdict {
     novelties: Vec<NoveltyRecord>,
     #[serde(skip)]
     exit_code: u8,
+    /// Why the stored mixture of the reference was not used.
+    #[serde(skip)]
+    made_anew: Option<String>,
+    /// `None` where nothing was compared.
+    #[serde(skip)]
+    compared: Option<ComparedMixtures>,
 }
 
 #[derive(Debug, Serialize)]
@@ -56,6 +65,8 @@ struct RejudgeReport<'a> {
     waypoint: &'a str,
     frame: String,
     seed: u64,
+    /// Why the mixture of the reference was made anew; null where the stored one was used.
+    reference_made_anew: Option<String>,
     stored: StoredVerdict,
     judged: NewVerdict,
 }
@@ -79,12 +90,16 @@ pub(super) fn run(args: &RejudgeArgs) -> CommandResult {
         })?;
         settings.set_u_th(&visit.waypoint, u_th);
     }
-    let judged = judge(&visit, &reference, &settings)?;
+    let mut judged = judge(&visit, &reference, &settings)?;
+    if let (Some(dir), Some(compared)) = (&args.mixtures_out, &judged.compared) {
+        mixtures_out::write(dir, compared)?;
+    }
     let report = RejudgeReport {
         visit_id: args.visit_id,
         waypoint: &visit.waypoint,
-        frame: format!("{}/{}", visit.waypoint, reference.version),
+        frame: reference.frame(&visit.waypoint),
         seed: visit.seed,
+        reference_made_anew: judged.made_anew.take(),
         stored: StoredVerdict {
             verdict: visit.verdict.clone(),
             d_gmm: visit.d_gmm,
@@ -114,6 +129,8 @@ fn judge(
         engine: settings.novelty.engine.as_str(),
         novelties: Vec::new(),
         exit_code: NOT_OBSERVED,
+        made_anew: None,
+        compared: None,
     };
     let (view, quality) = match load_view(visit)? {
         Ok(loaded) => loaded,
@@ -124,11 +141,20 @@ fn judge(
         return Ok(not_observed(reason));
     }
     let engine = settings.engine_settings(Some(&visit.waypoint));
-    let prepared = prepare(&reference.view, &engine, visit.seed)
-        .map_err(|error| Failure::Failed(format!("reference {}: {error}", reference.version)))?;
-    let inspection = match inspect(&prepared, &view, &engine, visit.seed, &mut |_| ()) {
+    let ready = match reference.make_ready(&visit.waypoint, &engine, visit.seed) {
+        Ok(ready) => ready,
+        Err(error @ ReferenceError::Damaged { .. }) => return Ok(not_observed(error.to_string())),
+        Err(error) => return Err(Failure::failed(error)),
+    };
+    let made_anew = ready.made_anew.map(|made| made.why);
+    let inspection = match inspect(&ready.reference, &view, &engine, visit.seed, &mut |_| ()) {
         Ok(inspection) => inspection,
-        Err(error) => return Ok(not_observed(error.to_string())),
+        Err(error) => {
+            return Ok(NewVerdict {
+                made_anew,
+                ..not_observed(error.to_string())
+            });
+        }
     };
     let detection = &inspection.detection;
     let reference_from_current = detection.registration.current_from_reference.inverse();
@@ -146,6 +172,8 @@ fn judge(
         engine: settings.novelty.engine.as_str(),
         novelties,
         exit_code: verdict_exit_code(detection.verdict),
+        made_anew,
+        compared: Some(inspection.detection.compared),
     })
 }
 
@@ -191,6 +219,11 @@ fn report_text(report: &RejudgeReport<'_>) -> String {
             judged.reason
         ),
     ];
+    if let Some(why) = &report.reference_made_anew {
+        lines.push(format!(
+            "  the mixture of the reference was made anew from its view: {why}"
+        ));
+    }
     let novelties = judged.novelties.iter();
     lines.extend(novelties.map(|n| format!("  {}, {} points", novelty_text(n), n.points)));
     lines.join("\n")

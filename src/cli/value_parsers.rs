@@ -5,11 +5,12 @@ use nalgebra::Point3;
 use patrold_engine::inspect::Engine;
 
 /// The names of the engines, with their help.
-pub(super) fn engine_values() -> [PossibleValue; 2] {
+pub(super) fn engine_values() -> [PossibleValue; 3] {
     Engine::ALL.map(|engine| {
         let help = match engine {
             Engine::Standard => "patrold's own",
-            Engine::Paper => "The published recipe",
+            Engine::Paper => "The paper's chain, fitted from the reference",
+            Engine::PaperIndependent => "The published recipe to the letter",
         };
         PossibleValue::new(engine.as_str()).help(help)
     })

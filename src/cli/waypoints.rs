@@ -1,7 +1,7 @@
-//! `patrold waypoints [list|show NAME|forget NAME]`: the waypoints and their reference versions.
+//! `patrold waypoints [list|show NAME|forget NAME|rebuild NAME]`: the waypoints and their reference versions.
 
 use super::failure::{CommandResult, DONE};
-use super::{config, output, table};
+use super::{config, output, table, waypoint_rebuild};
 use crate::service::record_time_now;
 use crate::store::{Store, WaypointRow};
 use clap::{Args, Subcommand};
@@ -34,18 +34,33 @@ enum WaypointsAction {
         /// Name of the waypoint
         name: String,
     },
+    /// Make the mixture of the reference anew from its stored view, with the current settings
+    ///
+    /// For a mixture that is damaged. The service may run; its next visit uses the new one.
+    Rebuild {
+        /// Name of the waypoint
+        name: String,
+        /// Another version than the newest, for `rejudge` of an old visit
+        #[arg(long, value_name = "N")]
+        reference_version: Option<i64>,
+    },
 }
 
 pub(super) fn run(args: &WaypointsArgs) -> CommandResult {
-    let dir = config::load_settings(args.config.as_deref())?.store.dir;
+    let settings = config::load_settings(args.config.as_deref())?;
+    let dir = &settings.store.dir;
     match &args.action {
-        None | Some(WaypointsAction::List) => list(&Store::open_for_reading(&dir)?, args.json),
+        None | Some(WaypointsAction::List) => list(&Store::open_for_reading(dir)?, args.json),
         Some(WaypointsAction::Show { name }) => {
-            show(&Store::open_for_reading(&dir)?, name, args.json)
+            show(&Store::open_for_reading(dir)?, name, args.json)
         }
         Some(WaypointsAction::Forget { name }) => {
-            forget(&mut Store::open_existing(&dir)?, name, args.json)
+            forget(&mut Store::open_existing(dir)?, name, args.json)
         }
+        Some(WaypointsAction::Rebuild {
+            name,
+            reference_version,
+        }) => waypoint_rebuild::run(&settings, name, *reference_version, args.json),
     }
 }
 

@@ -252,17 +252,17 @@ pub const KEYS: &[ConfigKey] = &[
     ),
     key(
         "novelty.engine",
-        OneOf(&["standard", "paper"]),
+        OneOf(&["standard", "paper", "paper-independent"]),
         "\"standard\"",
         "",
-        "standard: patrold's own; paper: the published recipe, for comparison.",
+        "standard: patrold's own; paper: the paper's chain without rays; paper-independent: the recipe to the letter (docs/novelty.md section 10).",
     ),
     key(
         "novelty.u_th_m",
         Float(1e-9, MAX_M),
         "0.0005",
         "m",
-        "U_th of paper Eq. 7: an alarm is raised when d_GMM reaches it. Lower finds smaller changes, higher gives fewer false alarms (docs/novelty.md section 8). Override it per waypoint in [waypoint.NAME].",
+        "U_th of paper Eq. 7: an alarm is raised when d_GMM reaches it. Lower finds smaller changes, higher gives fewer false alarms (docs/novelty.md section 8). The default is that of standard; the other engines have their own. Override it per waypoint in [waypoint.NAME].",
     ),
     key(
         "novelty.ground",

@@ -5,6 +5,7 @@ use super::error::{ConfigError, ConfigProblem};
 use super::key_lookup::{find_key, nearest_key};
 use super::keys::KEYS;
 use super::value::ConfigValue;
+use patrold_engine::inspect::{Engine, EngineSettings};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
@@ -50,6 +51,23 @@ impl ConfigLayers {
             })
             .collect();
         Self { values }
+    }
+
+    /// Gives thresholds that nothing sets the default of the engine in force: the engines' distances differ in size.
+    pub fn apply_engine_thresholds(&mut self) {
+        let engine = match self.values.get("novelty.engine") {
+            Some((ConfigValue::Text(name), _)) => name.parse().unwrap_or(Engine::Standard),
+            _ => Engine::Standard,
+        };
+        let novelty = EngineSettings::for_engine(engine).novelty;
+        for (key, u_th) in [
+            ("novelty.u_th_m", novelty.u_th_m),
+            ("novelty.u_th_fm", novelty.u_th_fm),
+        ] {
+            if let Some((value, ValueOrigin::Default)) = self.values.get_mut(key) {
+                *value = ConfigValue::Float(u_th);
+            }
+        }
     }
 
     /// Adds a file as the top layer. Returns its errors; its valid values take effect.
@@ -183,6 +201,7 @@ impl LineFinder {
 mod tests {
     use super::{ConfigFile, ConfigLayers, ValueOrigin};
     use crate::config::ConfigValue;
+    use patrold_engine::inspect::{Engine, EngineSettings};
     use std::path::PathBuf;
 
     fn source(text: &str) -> ConfigFile {
@@ -252,5 +271,22 @@ mod tests {
     fn a_syntax_error_has_its_line() {
         let errors = ConfigLayers::defaults().add(&source("[novelty]\nu_th_m 0.1\n"));
         assert_eq!(errors[0].line, 2);
+    }
+
+    #[test]
+    fn an_engine_has_its_own_threshold_unless_one_is_set() {
+        let u_th = |text: &str| {
+            let mut layers = ConfigLayers::defaults();
+            assert!(layers.add(&source(text)).is_empty());
+            layers.apply_engine_thresholds();
+            layers.values["novelty.u_th_m"].0.clone()
+        };
+        let of = |engine| ConfigValue::Float(EngineSettings::for_engine(engine).novelty.u_th_m);
+        assert_eq!(u_th(""), of(Engine::Standard));
+        let paper = "novelty.engine = \"paper\"\n";
+        assert_eq!(u_th(paper), of(Engine::Paper));
+        assert_ne!(u_th(paper), u_th(""));
+        let set = format!("{paper}novelty.u_th_m = 0.0005\n");
+        assert_eq!(u_th(&set), ConfigValue::Float(0.0005));
     }
 }

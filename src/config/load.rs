@@ -55,6 +55,7 @@ pub fn load(
     for (name, value) in flags {
         layers.set_from_flag(name, value.clone());
     }
+    layers.apply_engine_thresholds();
     match Settings::from_layers(&layers) {
         Ok(settings) if errors.is_empty() => Ok(LoadedConfig {
             settings,

@@ -7,8 +7,8 @@ use super::replies::{
 use crate::config::Settings;
 use crate::patrol::event::{PatrolRequest, RefusalReason};
 use crate::store::{
-    NewReference, NewVisit, RecordTime, Store, StoreError, StoredReference, SweepRecord,
-    VisitOutcome,
+    NewMixture, NewReference, NewVisit, RecordTime, Store, StoreError, StoredReference,
+    SweepRecord, VisitOutcome,
 };
 use patrold_engine::novelty::Verdict;
 use serde_json::json;
@@ -45,6 +45,7 @@ impl ActiveRequest {
         not_observed: Option<&str>,
         now: &RecordTime,
     ) -> Result<ServiceReply, RefusalReason> {
+        self.replace_mixture(store, now);
         let judgement = self.judgement.as_ref();
         let sweep = judgement.and_then(|j| j.assembled.as_ref());
         let finding = judgement.and_then(|j| j.finding.as_ref().ok());
@@ -55,19 +56,22 @@ impl ActiveRequest {
             }
             (None, Some(SweepFinding::Reference(mixture)), Some(sweep)) => {
                 let quality = json!(sweep.quality).to_string();
+                let (settings, seed) = (&self.settings, self.settings.mixture.seed);
+                let engine = settings.engine_settings(Some(&self.request.waypoint));
                 let new = NewReference {
                     waypoint: &self.request.waypoint,
                     sweep: sweep_record(sweep, &quality),
                     mixture,
-                    engine: &self.settings.engine_json(),
-                    seed: self.settings.mixture.seed,
+                    model: &engine.novelty.reference_model(seed),
+                    engine: &settings.engine_json(),
+                    seed,
                 };
                 store.teach(&new, now).map(|version| {
                     ServiceReply::Teach(Box::new(TeachReply {
                         waypoint: self.request.waypoint.clone(),
                         version,
                         points: sweep.view.points.len(),
-                        components: mixture.len(),
+                        components: mixture.mixture.len(),
                         sweep: sweep.quality.clone(),
                         timing_ms: self.timing,
                     }))
@@ -76,6 +80,35 @@ impl ActiveRequest {
             _ => return Err(RefusalReason::Failed("nothing to record".to_owned())),
         };
         recorded.map_err(refusal_reason)
+    }
+
+    /// Stores a mixture that the judgement made anew, so that it is made once. A failure is reported and does not stop the
+    /// visit: the next one makes it again.
+    fn replace_mixture(&self, store: &mut Store, now: &RecordTime) {
+        let ready = self.judgement.as_ref().and_then(|j| j.made_anew.as_deref());
+        let (Some(ready), Some(stored)) = (ready, self.reference.as_deref()) else {
+            return;
+        };
+        let Some(made_anew) = &ready.made_anew else {
+            return;
+        };
+        let waypoint = &self.request.waypoint;
+        let new = NewMixture {
+            waypoint,
+            stored,
+            ready,
+            made_anew,
+            engine: &self.settings.engine_json(),
+            seed: self.settings.mixture.seed,
+        };
+        let text = new.text();
+        match store.replace_mixture(&new, now) {
+            Ok(true) => tracing::info!(WAYPOINT = %waypoint, "{text}"),
+            Ok(false) => {
+                tracing::info!(WAYPOINT = %waypoint, "{text}; another program stored one meanwhile");
+            }
+            Err(error) => tracing::error!(WAYPOINT = %waypoint, "{text}; not stored: {error}"),
+        }
     }
 
     fn record_visit(

@@ -2,10 +2,11 @@
 
 use super::active_request::{ActiveRequest, refusal_reason};
 use super::constants::JUDGE_LIMIT;
-use super::judgement::{ReferenceCache, SweepJudgement, judge_sweep};
+use super::judgement::{SweepJudgement, judge_sweep};
 use super::logging::LogLevelHandle;
 use super::message::{ClientRequest, ServiceMessage};
 use super::record_time::record_time_now;
+use super::reference_cache::ReferenceCache;
 use super::replies::{ServiceReply, StatusReply};
 use super::scanner_thread::{ScannerEvent, ScannerThread};
 use super::store_writer::StoreWriter;

@@ -1,22 +1,18 @@
 //! Judges a sweep: from its raw data to a verdict, a reference or points. Runs on the blocking pool.
 
+use super::reference_cache::ReferenceCache;
 use crate::config::Settings;
 use crate::patrol::event::PatrolTask;
-use crate::store::StoredReference;
+use crate::store::{ReadyReference, StoredReference};
 use patrold_engine::formats::write_ply;
 use patrold_engine::geometry::View;
 use patrold_engine::inspect::{inspect, prepare};
 use patrold_engine::lost_steps::{LostStepThresholds, Mismatch, find_mismatch};
-use patrold_engine::mixture::Mixture;
-use patrold_engine::novelty::{Reference, Verdict};
+use patrold_engine::novelty::{Reference, ReferenceMixture, Verdict};
 use patrold_engine::report::{InspectionReport, NoveltyRecord};
 use patrold_engine::sweep::{RawSweep, Sweep, SweepQuality, assemble, encode_raw_sweep};
-use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use tokio::task::JoinError;
-
-/// Each takes some tens of megabytes.
-const MAX_CACHED_REFERENCES: usize = 8;
 
 #[derive(Debug)]
 pub(super) struct AssembledSweep {
@@ -30,7 +26,7 @@ pub(super) struct AssembledSweep {
 #[derive(Debug)]
 pub(super) enum SweepFinding {
     Visit(Box<VisitFinding>),
-    Reference(Mixture),
+    Reference(ReferenceMixture),
     /// The points as PLY; `fault` is why a visit would not judge them.
     Points {
         ply: Vec<u8>,
@@ -54,6 +50,8 @@ pub(super) struct SweepJudgement {
     pub(super) finding: Result<SweepFinding, String>,
     /// Why the head is to be homed and the place swept again before there is a finding.
     pub(super) suspected_lost_steps: Option<String>,
+    /// The reference, where its mixture was made anew and is to be stored.
+    pub(super) made_anew: Option<Arc<ReadyReference>>,
 }
 
 impl SweepJudgement {
@@ -74,40 +72,8 @@ impl SweepJudgement {
             unassembled_raw: None,
             finding: Err(format!("the engine failed: {}", message.replace('\n', " "))),
             suspected_lost_steps: None,
+            made_anew: None,
         }
-    }
-}
-
-/// Prepared references, newest last; shared by all visits under the same settings.
-#[derive(Debug, Clone, Default)]
-pub(super) struct ReferenceCache(Arc<Mutex<VecDeque<CachedReference>>>);
-
-/// Sequence number in the store, and the reference.
-type CachedReference = (i64, Arc<Reference>);
-
-impl ReferenceCache {
-    fn get(&self, stored: &StoredReference, settings: &Settings) -> Result<Arc<Reference>, String> {
-        let hit = {
-            let cached = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-            let entry = cached.iter().find(|(id, _)| *id == stored.id);
-            entry.map(|(_, reference)| Arc::clone(reference))
-        };
-        if let Some(reference) = hit {
-            return Ok(reference);
-        }
-        let reference = prepare(
-            &stored.view,
-            &settings.engine_settings(None),
-            settings.mixture.seed,
-        )
-        .map_err(|error| format!("reference {}: {error}", stored.version))?;
-        let reference = Arc::new(reference);
-        let mut cached = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        cached.push_back((stored.id, Arc::clone(&reference)));
-        if cached.len() > MAX_CACHED_REFERENCES {
-            cached.pop_front();
-        }
-        Ok(reference)
     }
 }
 
@@ -130,12 +96,14 @@ pub(super) fn judge_sweep(
                 unassembled_raw: Some(encode_raw_sweep(raw)),
                 finding: Err(error.to_string()),
                 suspected_lost_steps: None,
+                made_anew: None,
             };
         }
     };
     let fault = sweep.quality.fault(settings.sweep.max_missing_lines);
     let view = &sweep.view;
     let mut suspected_lost_steps = None;
+    let mut made_anew = None;
     let finding = match (task, fault) {
         (PatrolTask::Sweep, fault) => Ok(SweepFinding::Points {
             ply: write_ply(&view.points),
@@ -147,12 +115,15 @@ pub(super) fn judge_sweep(
             &settings.engine_settings(Some(waypoint)),
             settings.mixture.seed,
         )
-        .map(|reference| SweepFinding::Reference(reference.mixture))
+        .map(|reference| SweepFinding::Reference(reference.gamma))
         .map_err(|error| error.to_string()),
         (PatrolTask::Visit, None) => stored
             .ok_or_else(|| "no reference at hand".to_owned())
             .and_then(|stored| {
-                let (finding, mismatch) = compare(waypoint, &sweep, stored, settings, references)?;
+                let ready = references.get(waypoint, stored, settings)?;
+                made_anew = ready.made_anew.is_some().then(|| Arc::clone(&ready));
+                let (finding, mismatch) =
+                    compare(waypoint, &sweep, stored, &ready.reference, settings)?;
                 match mismatch {
                     // After homing, a rotated view means that the robot itself is rotated.
                     None | Some(Mismatch::Rotated(_)) if repeated => Ok(finding),
@@ -176,6 +147,7 @@ pub(super) fn judge_sweep(
         unassembled_raw: None,
         finding,
         suspected_lost_steps,
+        made_anew,
     }
 }
 
@@ -183,20 +155,19 @@ fn compare(
     waypoint: &str,
     sweep: &Sweep,
     stored: &StoredReference,
+    reference: &Reference,
     settings: &Settings,
-    references: &ReferenceCache,
 ) -> Result<(SweepFinding, Option<Mismatch>), String> {
     let view = &sweep.view;
-    let reference = references.get(stored, settings)?;
     let seed = settings.mixture.seed;
     let engine = settings.engine_settings(Some(waypoint));
     let inspection =
-        inspect(&reference, view, &engine, seed, &mut |_| ()).map_err(|error| error.to_string())?;
+        inspect(reference, view, &engine, seed, &mut |_| ()).map_err(|error| error.to_string())?;
     let thresholds = LostStepThresholds {
         pan_rad: settings.ptu.suspect_pan_rad,
         tilt_rad: settings.ptu.suspect_tilt_rad,
     };
-    let mismatch = find_mismatch(&reference, sweep, &inspection.detection, &thresholds);
+    let mismatch = find_mismatch(reference, sweep, &inspection.detection, &thresholds);
     let points = [stored.view.points.len(), view.points.len()];
     let mut report =
         InspectionReport::new(&inspection, points, settings.novelty.engine.as_str(), seed);

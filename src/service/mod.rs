@@ -10,6 +10,7 @@ mod lock;
 mod logging;
 mod message;
 mod record_time;
+mod reference_cache;
 pub mod replies;
 mod run;
 mod scanner;

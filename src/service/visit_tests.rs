@@ -5,5 +5,6 @@ mod device_faults;
 mod displaced_robot;
 mod lost_steps;
 mod return_to_start;
+pub(super) mod stored_reference;
 mod unplugging;
 mod virtual_patrol;

@@ -136,7 +136,11 @@ fn database_path(dir: &Path) -> PathBuf {
     dir.join("patrold.db")
 }
 
-const MIGRATIONS: &[M<'static>] = &[M::up(include_str!("../../migrations/0001_patrol.sql"))];
+/// Each is one transaction: it is applied as a whole or not at all.
+const MIGRATIONS: &[M<'static>] = &[
+    M::up(include_str!("../../migrations/0001_patrol.sql")),
+    M::up(include_str!("../../migrations/0002_reference_mixture.sql")),
+];
 
 fn migrations() -> Migrations<'static> {
     Migrations::from_slice(MIGRATIONS)
@@ -169,9 +173,14 @@ fn check_owner(db: &Connection, path: &Path) -> Result<(), StoreError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{APPLICATION_ID, Store, migrations};
-    use crate::store::StoreError;
+    use super::{APPLICATION_ID, BlobFiles, MIGRATIONS, Store, migrations};
+    use crate::store::{StoreError, StoredMixture};
+    use nalgebra::Point3;
+    use patrold_engine::blob::encode_view;
+    use patrold_engine::geometry::View;
     use rusqlite::Connection;
+    use rusqlite_migration::Migrations;
+    use std::path::Path;
 
     #[test]
     fn the_migrations_apply_to_an_empty_database() {
@@ -212,6 +221,60 @@ mod tests {
         ));
         let reading = Store::open_for_reading(dir.path());
         assert!(matches!(reading, Err(StoreError::Newer { .. })));
+    }
+
+    /// A database of the first version with one reference, whose view the store can read.
+    fn first_version(dir: &Path) -> Connection {
+        let mut db = Connection::open(dir.join("patrold.db")).expect("database");
+        Migrations::from_slice(&MIGRATIONS[..1])
+            .to_latest(&mut db)
+            .expect("the first version");
+        let view = View::from_points(vec![Point3::new(1.0, 0.0, 0.0)], Point3::origin());
+        let files = BlobFiles::create(dir).expect("folder");
+        let file = files.put(&encode_view(&view)).expect("stored");
+        db.execute_batch(&format!(
+            "INSERT INTO waypoint (name, created_at) VALUES ('hall', '');
+             INSERT INTO sweep (waypoint_id, taken_at, boot_id, points, view_file, quality)
+             VALUES (1, '', '', 1, '{file}', '{{}}');
+             INSERT INTO reference (waypoint_id, version, sweep_id, taken_at, boot_id, components, seed, engine, mixture)
+             VALUES (1, 1, 1, '', '', 30, 7, '{{}}', x'0101');"
+        ))
+        .expect("rows");
+        db
+    }
+
+    #[test]
+    fn a_reference_of_the_first_version_is_outdated() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        drop(first_version(dir.path()));
+        let reading = Store::open_for_reading(dir.path()).expect_err("older");
+        assert!(matches!(reading, StoreError::Older { .. }), "{reading}");
+        let store = Store::open(dir.path()).expect("migrated");
+        let reference = store.reference("hall").expect("its reference");
+        assert_eq!(reference.mixture, StoredMixture::Outdated);
+        assert_eq!((reference.checksum, reference.components), (None, 30));
+        drop(Store::open_for_reading(dir.path()).expect("reader"));
+    }
+
+    #[test]
+    fn a_migration_is_applied_as_a_whole_or_not_at_all() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let db = first_version(dir.path());
+        // The last statement of the second migration fails.
+        db.execute_batch("ALTER TABLE reference ADD COLUMN model TEXT")
+            .expect("added");
+        let failed = Store::open(dir.path()).expect_err("not migrated");
+        assert!(matches!(failed, StoreError::Migration { .. }), "{failed}");
+        let columns =
+            "SELECT count(*) FROM pragma_table_info('reference') WHERE name = 'mixture_sha256'";
+        let added: i64 = db.query_row(columns, [], |row| row.get(0)).expect("asked");
+        let version: i64 = db
+            .pragma_query_value(None, "user_version", |row| row.get(0))
+            .expect("version");
+        assert_eq!((added, version), (0, 1));
+        db.execute_batch("ALTER TABLE reference DROP COLUMN model")
+            .expect("dropped");
+        drop(Store::open(dir.path()).expect("migrated now"));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::connection::{RecordTime, Store};
 use super::error::StoreError;
 use crate::patrol::severity::Severity;
-use rusqlite::params;
+use rusqlite::{Transaction, params};
 use serde::Serialize;
 
 /// An event as stored.
@@ -33,19 +33,7 @@ impl Store {
         text: &str,
         stamp: &RecordTime,
     ) -> Result<(), StoreError> {
-        self.transaction(|change| {
-            change.execute(
-                "INSERT INTO event (at, boot_id, level, device, text) VALUES (?1, ?2, ?3, ?4, ?5)",
-                params![
-                    stamp.to_rfc3339(),
-                    stamp.boot_id,
-                    severity.as_str(),
-                    device,
-                    text
-                ],
-            )?;
-            Ok(())
-        })
+        self.transaction(|change| insert_event(change, severity, device, text, stamp))
     }
 
     /// The newest events, newest first.
@@ -69,4 +57,24 @@ impl Store {
             Ok(rows.collect::<Result<_, _>>()?)
         })
     }
+}
+
+pub(super) fn insert_event(
+    change: &Transaction<'_>,
+    severity: Severity,
+    device: &str,
+    text: &str,
+    stamp: &RecordTime,
+) -> Result<(), StoreError> {
+    change.execute(
+        "INSERT INTO event (at, boot_id, level, device, text) VALUES (?1, ?2, ?3, ?4, ?5)",
+        params![
+            stamp.to_rfc3339(),
+            stamp.boot_id,
+            severity.as_str(),
+            device,
+            text
+        ],
+    )?;
+    Ok(())
 }

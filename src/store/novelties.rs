@@ -90,6 +90,8 @@ fn from_columns(row: &Row<'_>) -> rusqlite::Result<NoveltyRecord> {
         mass: figure(6)?,
         contribution: figure(7)?,
         support: f64::NAN,
+        components: Vec::new(),
+        needed_for_alarm: false,
         shape: None,
         shapes: MethodsRecord::default(),
         parts: Vec::new(),

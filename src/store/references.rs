@@ -1,14 +1,17 @@
 //! References of waypoints. Each `teach` adds a version; the newest is in use, older ones are kept.
 
 use super::alarms::clear_all;
+use super::checksum::sha256_hex;
 use super::connection::{RecordTime, Store};
 use super::error::StoreError;
 use super::lookup::{find_waypoint_id, newest_reference_id, waypoint_id};
+use super::stored_mixture::StoredMixture;
 use super::sweeps::{SweepFiles, SweepRecord, insert_sweep};
-use patrold_engine::blob::{decode_mixture, decode_view, encode_mixture};
+use nalgebra::Point3;
+use patrold_engine::blob::{decode_view, encode_mixture};
 use patrold_engine::geometry::View;
-use patrold_engine::mixture::Mixture;
-use rusqlite::{Connection, OptionalExtension, Transaction, params};
+use patrold_engine::novelty::ReferenceMixture;
+use rusqlite::{Connection, OptionalExtension, Row, Transaction, params};
 use serde::Serialize;
 
 /// A reference to be stored.
@@ -19,7 +22,9 @@ pub struct NewReference<'a> {
     /// The sweep it was made from; must have a view.
     pub sweep: SweepRecord<'a>,
     /// Mixture of the sweep's view.
-    pub mixture: &'a Mixture,
+    pub mixture: &'a ReferenceMixture,
+    /// What the mixture was made by, as JSON.
+    pub model: &'a str,
     /// Engine settings of the mixture, as JSON.
     pub engine: &'a str,
     /// Seed of the engine's random numbers.
@@ -48,8 +53,14 @@ pub struct StoredReference {
     pub version: i64,
     /// Points of the sweep.
     pub view: View,
-    /// Mixture of the view.
-    pub mixture: Mixture,
+    /// Mixture of the view, as far as it is sound.
+    pub mixture: StoredMixture,
+    /// Checksum that the row has for the mixture; none in rows of earlier versions.
+    pub checksum: Option<String>,
+    /// Components of the mixture, as the row has them.
+    pub components: usize,
+    /// Whether it is the newest of a waypoint that is not forgotten.
+    pub in_use: bool,
     /// Engine settings of the mixture, as JSON.
     pub engine: String,
     /// Seed of the engine's random numbers.
@@ -87,18 +98,44 @@ impl Store {
         self.reference_by_id(id)
     }
 
-    /// The reference with this sequence number, whatever its version.
+    /// A version of a waypoint's reference, also of a forgotten waypoint.
     ///
     /// # Errors
-    /// No such row, its sweep was deleted, or a damaged file.
-    pub fn reference_by_id(&self, id: i64) -> Result<StoredReference, StoreError> {
-        type Row = (i64, Vec<u8>, String, i64, Option<String>);
-        let found: Option<Row> = self.query(|db| {
+    /// No such version, its sweep was deleted, or a damaged file of the view.
+    pub fn reference_version(
+        &self,
+        waypoint: &str,
+        version: i64,
+    ) -> Result<StoredReference, StoreError> {
+        let id = self.query(|db| {
             let row = db.query_row(
-                "SELECT r.version, r.mixture, r.engine, r.seed, s.view_file
-                 FROM reference r JOIN sweep s ON s.id = r.sweep_id WHERE r.id = ?1",
+                "SELECT r.id FROM reference r JOIN waypoint w ON w.id = r.waypoint_id
+                 WHERE w.name = ?1 AND r.version = ?2",
+                params![waypoint, version],
+                |row| row.get(0),
+            );
+            row.optional()?.ok_or_else(|| StoreError::NotKept {
+                what: format!("reference {waypoint}/{version}"),
+                why: "no such version; `patrold waypoints show NAME` lists them",
+            })
+        })?;
+        self.reference_by_id(id)
+    }
+
+    /// The reference with this sequence number, whatever its version. A mixture that is not sound is no error.
+    ///
+    /// # Errors
+    /// No such row, its sweep was deleted, or a damaged file of the view.
+    pub fn reference_by_id(&self, id: i64) -> Result<StoredReference, StoreError> {
+        let found = self.query(|db| {
+            let row = db.query_row(
+                "SELECT r.version, r.mixture, r.mixture_sha256, r.model, r.components, r.engine, r.seed, s.view_file,
+                        w.forgotten_at IS NULL
+                        AND r.version = (SELECT max(version) FROM reference WHERE waypoint_id = w.id)
+                 FROM reference r JOIN sweep s ON s.id = r.sweep_id JOIN waypoint w ON w.id = r.waypoint_id
+                 WHERE r.id = ?1",
                 [id],
-                |row| row.try_into(),
+                read_stored,
             );
             Ok(row.optional()?)
         })?;
@@ -106,18 +143,31 @@ impl Store {
             what: format!("reference {id}"),
             why,
         };
-        let (version, mixture, engine, seed, file) = found.ok_or_else(|| gone("no such row"))?;
+        let (mut stored, file) = found.ok_or_else(|| gone("no such row"))?;
         let file =
             file.ok_or_else(|| gone("its waypoint was forgotten, and retention deleted it"))?;
-        Ok(StoredReference {
-            id,
-            version,
-            view: decode_view(&file, &self.files.get(&file)?)?,
-            mixture: decode_mixture(&mixture)?,
-            engine,
-            seed: seed as u64,
-        })
+        stored.id = id;
+        stored.view = decode_view(&file, &self.files.get(&file)?)?;
+        Ok(stored)
     }
+}
+
+/// The row without its view, and the file of that.
+fn read_stored(row: &Row<'_>) -> rusqlite::Result<(StoredReference, Option<String>)> {
+    let (bytes, checksum, model): (Vec<u8>, Option<String>, Option<String>) =
+        (row.get(1)?, row.get(2)?, row.get(3)?);
+    let stored = StoredReference {
+        id: 0,
+        version: row.get(0)?,
+        view: View::from_points(Vec::new(), Point3::origin()),
+        mixture: StoredMixture::from_row(&bytes, checksum.as_deref(), model),
+        checksum,
+        components: row.get::<_, i64>(4)?.max(0) as usize,
+        in_use: row.get(8)?,
+        engine: row.get(5)?,
+        seed: row.get::<_, i64>(6)? as u64,
+    };
+    Ok((stored, row.get(7)?))
 }
 
 fn insert_reference(
@@ -145,19 +195,23 @@ fn insert_reference(
         [new.waypoint],
         |row| row.get(0),
     )?;
+    let bytes = encode_mixture(new.mixture);
     change.execute(
-        "INSERT INTO reference (waypoint_id, version, sweep_id, taken_at, boot_id, components, seed, engine, mixture)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
+        "INSERT INTO reference (waypoint_id, version, sweep_id, taken_at, boot_id, components, seed, engine, mixture,
+                                mixture_sha256, model)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
         params![
             waypoint,
             version,
             sweep,
             at,
             stamp.boot_id,
-            new.mixture.len() as i64,
+            new.mixture.mixture.len() as i64,
             new.seed as i64,
             new.engine,
-            encode_mixture(new.mixture)
+            bytes,
+            sha256_hex(&bytes),
+            new.model
         ],
     )?;
     clear_all(change, waypoint, &at, "reference taught anew")?;

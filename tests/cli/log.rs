@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Point3};
 use patrold::store::{NewReference, NewVisit, RecordTime, Store, SweepRecord};
 use patrold_engine::geometry::View;
 use patrold_engine::mixture::{Gaussian, Mixture};
-use patrold_engine::novelty::Verdict;
+use patrold_engine::novelty::{ComponentBeams, ReferenceMixture, Verdict};
 use patrold_engine::report::{MethodsRecord, NoveltyRecord, ShapeRecord};
 use std::fs;
 use std::path::Path;
@@ -19,14 +19,22 @@ pub(crate) fn record_time(second: i64) -> RecordTime {
     }
 }
 
-pub(crate) fn mixture() -> Mixture {
+pub(crate) fn mixture() -> ReferenceMixture {
     let component = Gaussian {
         mean: Point3::origin(),
         covariance: Matrix3::identity(),
     };
-    Mixture {
-        weights: vec![1.0],
-        components: vec![component],
+    let beams = ComponentBeams {
+        count: 1.0,
+        noise_m: 0.01,
+        lost_share: 0.0,
+    };
+    ReferenceMixture {
+        mixture: Mixture {
+            weights: vec![1.0],
+            components: vec![component],
+        },
+        beams: vec![beams],
     }
 }
 
@@ -56,6 +64,8 @@ pub(crate) fn novelty(x: f64) -> NoveltyRecord {
         mass: 0.01,
         contribution: 0.002,
         support: 400.0,
+        components: vec![0],
+        needed_for_alarm: true,
         shape: Some(shape.clone()),
         shapes: MethodsRecord {
             covariance: Some(shape),
@@ -76,6 +86,7 @@ pub(crate) fn teach(store: &mut Store, waypoint: &str, second: i64) {
         waypoint,
         sweep,
         mixture: &mixture(),
+        model: "{}",
         engine: "{}",
         seed: 7,
     };

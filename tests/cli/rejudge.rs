@@ -1,7 +1,7 @@
 //! `patrold rejudge`: the stored verdict with unchanged settings, another one with another threshold.
 
 use crate::harness::clouds;
-use crate::harness::program::patrold;
+use crate::harness::program::{CommandOutput, patrold};
 use crate::harness::schema;
 use nalgebra::Point3;
 use patrold::config::Settings;
@@ -12,6 +12,7 @@ use patrold_engine::novelty::Verdict;
 use patrold_engine::sweep::{PanSegmentLines, SweepQuality};
 use serde_json::json;
 use std::fs;
+use std::path::Path;
 
 fn record_time(second: i64) -> RecordTime {
     RecordTime {
@@ -46,8 +47,13 @@ fn quality(lines_got: usize) -> String {
     json!(quality).to_string()
 }
 
-/// Visit 1 has a crate, visit 2 no change, visit 3 the crate in an incomplete sweep, visit 4 no sweep.
+/// A reference without a crate. Visit 1 has one, visit 2 none, visit 3 the crate in an incomplete sweep, visit 4 no sweep.
 fn store_folder() -> tempfile::TempDir {
+    store_folder_with(&[])
+}
+
+/// The same with these crates in the reference.
+pub(crate) fn store_folder_with(before: &[clouds::Crate]) -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("temp dir");
     fs::write(dir.path().join("c.toml"), "store.dir = \"store\"\n").expect("written");
     let mut store = Store::open(&dir.path().join("store")).expect("store");
@@ -56,8 +62,8 @@ fn store_folder() -> tempfile::TempDir {
     let view = |crates: &[_], noise| {
         View::from_points(clouds::room_points(crates, noise), Point3::origin())
     };
-    let before = view(&[], 1);
-    let reference = prepare(&before, &engine, seed).expect("a reference");
+    let before = view(before, 1);
+    let fitted = prepare(&before, &engine, seed).expect("a reference");
     let new = NewReference {
         waypoint: "hall",
         sweep: SweepRecord {
@@ -65,11 +71,14 @@ fn store_folder() -> tempfile::TempDir {
             raw: None,
             quality: &quality(100),
         },
-        mixture: &reference.mixture,
+        mixture: &fitted.gamma,
+        model: &engine.novelty.reference_model(seed),
         engine: &settings.engine_json(),
         seed,
     };
     store.teach(&new, &record_time(0)).expect("taught");
+    let stored = store.reference("hall").expect("stored");
+    let ready = stored.make_ready("hall", &engine, seed).expect("ready");
     for (second, crates, lines) in [
         (10, &[clouds::CRATE][..], 100),
         (20, &[], 100),
@@ -77,7 +86,7 @@ fn store_folder() -> tempfile::TempDir {
         (40, &[], 0),
     ] {
         let now = view(crates, 3);
-        let found = inspect(&reference, &now, &engine, seed, &mut |_| ()).expect("compared");
+        let found = inspect(&ready.reference, &now, &engine, seed, &mut |_| ()).expect("compared");
         let complete = lines == 100;
         let quality = quality(lines);
         let visit = NewVisit {
@@ -109,13 +118,15 @@ fn store_folder() -> tempfile::TempDir {
     dir
 }
 
+/// `patrold rejudge` in `dir`.
+pub(crate) fn rejudge(dir: &Path, args: &[&str]) -> CommandOutput {
+    patrold(dir, &[&["rejudge", "--config", "c.toml"], args].concat())
+}
+
 #[test]
 fn a_stored_sweep_gets_its_stored_verdict_and_another_threshold_another_one() {
     let dir = store_folder();
-    let run = |args: &[&str]| {
-        let all = [&["rejudge", "--config", "c.toml"], args].concat();
-        patrold(dir.path(), &all)
-    };
+    let run = |args: &[&str]| rejudge(dir.path(), args);
     for (id, code) in [("1", 10), ("2", 0), ("3", 11)] {
         let ran = run(&[id, "--json"]);
         assert_eq!(
@@ -125,6 +136,7 @@ fn a_stored_sweep_gets_its_stored_verdict_and_another_threshold_another_one() {
         );
         let json = ran.json();
         schema::check("rejudge", &json);
+        assert!(json["reference_made_anew"].is_null(), "visit {id}");
         assert_eq!(
             json["judged"]["verdict"], json["stored"]["verdict"],
             "visit {id}"

@@ -4,3 +4,4 @@
 pub(crate) mod clouds;
 pub(crate) mod program;
 pub(crate) mod schema;
+pub(crate) mod stored_mixture;

@@ -51,15 +51,16 @@ fn is_file(name: &str) -> bool {
     before.any(|before| before.is_empty() || before.ends_with('/'))
 }
 
-/// Whether a section `number` is in what `name` calls: a document of `docs/`, or a text that the README so names.
+/// Whether a section `number` is in what `name` calls: a text that the README so names, or a document of `docs/`.
 fn has_section(name: &str, number: &str) -> bool {
+    if !name.is_empty() && read("README.md").contains(&format!("{name}\"")) {
+        return true;
+    }
     let stem = name.trim_end_matches(".md").rsplit('/').next();
     let end = format!("/{}.md", stem.unwrap_or(name));
     let mut docs = FILES.iter().filter(|path| path.starts_with("docs/"));
-    match docs.find(|path| path.ends_with(&end)) {
-        Some(path) => has_heading(&read(path), number),
-        None => !name.is_empty() && read("README.md").contains(&format!("{name}\"")),
-    }
+    let found = docs.find(|path| path.ends_with(&end));
+    found.is_some_and(|path| has_heading(&read(path), number))
 }
 
 fn has_heading(document: &str, number: &str) -> bool {

@@ -3,6 +3,9 @@
 mod emulated;
 mod harness;
 mod process;
+mod references;
+#[path = "../harness/stored_mixture.rs"]
+mod stored_mixture;
 
 use harness::{ScriptedScanner, ScriptedSweep, TestService, configure, parts, points};
 use patrold::service::replies::VisitReply;

@@ -6,7 +6,9 @@ use patrold::store::{
 };
 use patrold_engine::geometry::View;
 use patrold_engine::mixture::{Gaussian, Mixture};
-use patrold_engine::novelty::{Novelty, NoveltyKind, Surroundings, Verdict};
+use patrold_engine::novelty::{
+    ComponentBeams, Novelty, NoveltyKind, ReferenceMixture, Surroundings, Verdict,
+};
 use patrold_engine::report::NoveltyRecord;
 use std::path::Path;
 
@@ -26,10 +28,21 @@ pub(crate) fn view(x: f64) -> View {
     View::from_points(vec![Point3::new(x, 0.0, 0.0); 4], Point3::origin())
 }
 
-pub(crate) fn mixture() -> Mixture {
-    Mixture {
-        weights: vec![1.0],
-        components: vec![gaussian(1.0)],
+/// What [`mixture`] is stored as made by.
+pub(crate) const MODEL: &str = r#"{"version":1,"fit":"by hand"}"#;
+
+pub(crate) fn mixture() -> ReferenceMixture {
+    let beams = ComponentBeams {
+        count: 4.0,
+        noise_m: 0.01,
+        lost_share: 0.0,
+    };
+    ReferenceMixture {
+        mixture: Mixture {
+            weights: vec![1.0],
+            components: vec![gaussian(1.0)],
+        },
+        beams: vec![beams],
     }
 }
 
@@ -50,6 +63,7 @@ pub(crate) fn teach(store: &mut Store, name: &str, second: i64) -> i64 {
             quality: "{}",
         },
         mixture: &mixture(),
+        model: MODEL,
         engine: r#"{"ground": "w2"}"#,
         seed: 7,
     };
@@ -63,7 +77,9 @@ pub(crate) fn novelty_at(x: f64) -> NoveltyRecord {
         point_indices: vec![0, 1],
         points: Vec::new(),
         moments: gaussian(x),
-        mixture: mixture(),
+        mixture: mixture().mixture,
+        components: vec![0],
+        needed_for_alarm: true,
         extent_m: [0.1, 0.1, 0.1],
         surroundings: Surroundings::default(),
         mass: 0.01,

@@ -2,5 +2,6 @@
 
 mod alarms;
 mod kit;
+mod mixtures;
 mod records;
 mod retention;

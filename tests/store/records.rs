@@ -1,8 +1,10 @@
 //! What is stored is read back: references by version, visits, raw data, events.
 
-use super::kit::{mixture, novelty_at, stamp, teach, view, visit};
+use super::kit::{MODEL, mixture, novelty_at, stamp, teach, view, visit};
 use patrold::patrol::severity::Severity;
-use patrold::store::{AlarmFilter, NewReference, NewVisit, Store, StoreError, SweepRecord};
+use patrold::store::{
+    AlarmFilter, NewReference, NewVisit, Store, StoreError, StoredMixture, SweepRecord,
+};
 use patrold_engine::novelty::Verdict;
 
 #[test]
@@ -22,7 +24,14 @@ fn teaching_again_adds_a_version_and_clears_the_alarms() {
     let reference = store.reference("hall").expect("newest");
     assert_eq!(reference.version, 2);
     assert_eq!(reference.view, view(20.0));
-    assert_eq!(reference.mixture, mixture());
+    let intact = StoredMixture::Intact {
+        gamma: mixture(),
+        model: MODEL.to_owned(),
+    };
+    assert_eq!(reference.mixture, intact);
+    assert_eq!((reference.components, reference.in_use), (1, true));
+    let first = store.reference_version("hall", 1).expect("kept");
+    assert_eq!((first.version, first.in_use), (1, false));
     let detail = store.waypoint("hall").expect("waypoint");
     assert_eq!(detail.references.len(), 2);
 
@@ -131,6 +140,7 @@ fn raw_data_that_could_not_be_assembled_is_kept() {
             quality: "null",
         },
         mixture: &mixture(),
+        model: "{}",
         engine: "{}",
         seed: 7,
     };

@@ -44,8 +44,21 @@ pub fn emd(a: &Mixture, b: &Mixture, ground: GroundDistance) -> Result<Emd, Dist
 /// # Errors
 /// As [`emd`], and a cost matrix of another size.
 pub fn emd_of_costs(left: &[f64], right: &[f64], costs: &CostMatrix) -> Result<Emd, DistanceError> {
+    emd_with_prices(left, right, costs, None)
+}
+
+/// The same, started from `prices`: the duals of the components of the second mixture in a similar problem.
+///
+/// # Errors
+/// As [`emd_of_costs`].
+pub(crate) fn emd_with_prices(
+    left: &[f64],
+    right: &[f64],
+    costs: &CostMatrix,
+    prices: Option<&[f64]>,
+) -> Result<Emd, DistanceError> {
     let (left, right) = (normalised("left", left)?, normalised("right", right)?);
-    let solution = transport(&left, &right, costs)?;
+    let solution = transport(&left, &right, costs, prices)?;
     let flow = |&(from, to, mass): &(usize, usize, f64)| {
         Some(Flow {
             from,

@@ -67,6 +67,16 @@ impl CostMatrix {
         })
     }
 
+    /// From row-major values, of which there must be `rows * columns`.
+    pub(crate) fn new(rows: usize, columns: usize, values: Vec<f64>) -> Self {
+        debug_assert_eq!(rows * columns, values.len());
+        Self {
+            rows,
+            columns,
+            values,
+        }
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows

@@ -11,6 +11,7 @@ mod pricing;
 mod simplex;
 mod transport;
 
+pub(crate) use emd::emd_with_prices;
 pub use emd::{Emd, Flow, emd, emd_of_costs};
 pub use error::DistanceError;
 pub use ground::{CostMatrix, GroundDistance, cost_matrix};

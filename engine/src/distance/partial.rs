@@ -52,7 +52,7 @@ pub fn partial_emd_of_costs(
         Some(costs.clone())
     };
     let padded = padded.ok_or(size_mismatch)?;
-    let solution = transport(&rows, &columns, &padded)?;
+    let solution = transport(&rows, &columns, &padded, None)?;
     let real = |&(from, to, share): &(usize, usize, f64)| {
         Some(Flow {
             from,

@@ -40,9 +40,15 @@ struct TreeLinks {
 }
 
 impl<'a> Simplex<'a> {
-    /// Greedy start: each row in turn takes its cheapest open column. Exactly one line closes per
-    /// step, a column on ties, which makes the tree strongly feasible.
-    pub(super) fn new(rows: &[f64], columns: &[f64], costs: &'a [f64]) -> Self {
+    /// Greedy start: each row in turn takes its cheapest open column, by costs less `prices`, one per column: with the duals
+    /// of a similar problem as prices, few pivots are left. Exactly one line closes per step, a column on ties, which makes
+    /// the tree strongly feasible.
+    pub(super) fn new(
+        rows: &[f64],
+        columns: &[f64],
+        costs: &'a [f64],
+        prices: Option<&[f64]>,
+    ) -> Self {
         let (m, n) = (rows.len(), columns.len());
         let alone = TreeLinks {
             parent: NONE,
@@ -67,7 +73,8 @@ impl<'a> Simplex<'a> {
         for (row, &mass) in rows.iter().enumerate() {
             let mut rest = mass;
             loop {
-                let cost = |c: usize| costs[row * n + c];
+                let price = |c: usize| prices.map_or(0.0, |prices| prices[c]);
+                let cost = |c: usize| costs[row * n + c] - price(c);
                 let cheapest =
                     (0..open.len()).min_by(|&a, &b| cost(open[a]).total_cmp(&cost(open[b])));
                 let Some(at) = cheapest else { break };

@@ -21,7 +21,8 @@ pub(super) struct TransportPlan {
     pub duality_gap: f64,
 }
 
-/// Moves `left` (rows) onto `right` (columns) at the least cost. Exact; network simplex.
+/// Moves `left` (rows) onto `right` (columns) at the least cost. Exact; network simplex. `prices` are duals of the columns of
+/// a similar problem, if any: they change the time, and not the answer but among plans of equal cost.
 ///
 /// # Errors
 /// Masses that are negative, not finite, without sum or unbalanced; costs not finite or of another size.
@@ -29,6 +30,7 @@ pub(super) fn transport(
     left: &[f64],
     right: &[f64],
     costs: &CostMatrix,
+    prices: Option<&[f64]>,
 ) -> Result<TransportPlan, DistanceError> {
     let (m, n) = (left.len(), right.len());
     if (costs.rows(), costs.columns()) != (m, n) {
@@ -64,7 +66,15 @@ pub(super) fn transport(
     });
     let compact = compact.as_deref().unwrap_or(costs.values());
     let masses = |all: &[f64], kept: &[usize]| kept.iter().map(|&i| all[i]).collect::<Vec<_>>();
-    let mut simplex = Simplex::new(&masses(left, &rows), &masses(right, &columns), compact);
+    let prices = prices
+        .filter(|prices| prices.len() == n && prices.iter().all(|price| price.is_finite()))
+        .map(|prices| masses(prices, &columns));
+    let mut simplex = Simplex::new(
+        &masses(left, &rows),
+        &masses(right, &columns),
+        compact,
+        prices.as_deref(),
+    );
     simplex
         .solve((rows.len() + columns.len()) * MAX_PIVOTS_PER_NODE)
         .map_err(|pivots| DistanceError::NotConverged { pivots })?;
@@ -174,7 +184,7 @@ mod tests {
 
     /// Checks that the plan moves the masses and that the duals prove it best; gives the work.
     fn work_of_proven_plan(left: &[f64], right: &[f64], costs: &CostMatrix) -> f64 {
-        let t = transport(left, right, costs).expect("balanced");
+        let t = transport(left, right, costs, None).expect("balanced");
         let (mut rows, mut columns) = (vec![0.0; left.len()], vec![0.0; right.len()]);
         for &(r, c, f) in &t.plan {
             assert!(f > 0.0);
@@ -278,7 +288,8 @@ mod tests {
     #[test]
     fn bad_masses_and_costs_are_refused() {
         let c = matrix(1, 2, vec![1.0, 2.0]);
-        let err = |l: &[f64], r: &[f64], c: &CostMatrix| transport(l, r, c).expect_err("refused");
+        let err =
+            |l: &[f64], r: &[f64], c: &CostMatrix| transport(l, r, c, None).expect_err("refused");
         assert!(matches!(
             err(&[1.0], &[0.5, 0.6], &c),
             DistanceError::Unbalanced { .. }

@@ -87,6 +87,17 @@ impl RayIndex {
         self.ranges_m[index]
     }
 
+    /// The nearest ray to `d` within `radius_rad` that came back.
+    pub(crate) fn nearest_return(&self, d: &Vector3<f64>, radius_rad: f64) -> Option<usize> {
+        let mut nearest: Option<(usize, f64)> = None;
+        self.index.for_each_within(d, radius_rad, |ray, off| {
+            if self.ranges_m[ray].is_finite() {
+                keep_nearer(&mut nearest, ray, off.norm_squared());
+            }
+        });
+        nearest.map(|(ray, _)| ray)
+    }
+
     /// Position of the sensor.
     pub(crate) fn origin(&self) -> &Point3<f64> {
         &self.origin

@@ -1,4 +1,4 @@
-//! The two engines by name.
+//! The engines by name.
 
 use std::str::FromStr;
 
@@ -7,24 +7,27 @@ use std::str::FromStr;
 pub enum Engine {
     /// patrold's own.
     Standard,
-    /// The published recipe.
+    /// The paper's chain made well-posed: the revisit is fitted from the reference; no evidence from rays.
     Paper,
+    /// The published recipe to the letter: both visits are fitted alone.
+    PaperIndependent,
 }
 
 /// A name that is no engine's.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("expected standard or paper, got {0:?}")]
+#[error("expected standard, paper or paper-independent, got {0:?}")]
 pub struct UnknownEngine(String);
 
 impl Engine {
-    /// Both, the default first.
-    pub const ALL: [Self; 2] = [Self::Standard, Self::Paper];
+    /// All, the default first.
+    pub const ALL: [Self; 3] = [Self::Standard, Self::Paper, Self::PaperIndependent];
 
     /// The name in configuration, JSON and tables.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Standard => "standard",
             Self::Paper => "paper",
+            Self::PaperIndependent => "paper-independent",
         }
     }
 }

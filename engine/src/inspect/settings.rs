@@ -1,6 +1,6 @@
-//! The engine's settings. `standard` and `paper` are two values of one struct and run the same pipeline.
+//! The engine's settings. The engines are values of one struct and run the same pipeline.
 
-use super::constants::{PAPER_MAX_COMPONENTS, SWEEP_INDEPENDENT_SHARE};
+use super::constants::{PAPER_MAX_COMPONENTS, PAPER_U_TH_M, SWEEP_INDEPENDENT_SHARE};
 use super::engine::Engine;
 use crate::novelty;
 use crate::shape::ShapeSettings;
@@ -22,6 +22,7 @@ impl EngineSettings {
         match engine {
             Engine::Standard => Self::standard(),
             Engine::Paper => Self::paper(),
+            Engine::PaperIndependent => Self::paper_independent(),
         }
     }
 
@@ -34,15 +35,29 @@ impl EngineSettings {
         }
     }
 
-    /// The published recipe, made well-posed (`docs/novelty.md section 10`): both views fitted alone, Algorithm 1 on the
-    /// mixtures, shapes from the mixtures' moments and from samples on their ellipsoids.
+    /// The paper's chain made well-posed (`docs/novelty.md section 10`): Theta from Gamma without evidence from rays, shapes
+    /// from the mixtures' moments and from samples on their ellipsoids.
     pub fn paper() -> Self {
         Self {
             novelty: novelty::NoveltySettings {
-                segmentation: novelty::Segmentation::Mixture,
+                u_th_m: PAPER_U_TH_M,
+                evidence_source: novelty::EvidenceSource::Mixture,
+                ..novelty::NoveltySettings::default()
+            },
+            shape: ShapeSettings::paper(),
+            sweep_independent_share: 1.0,
+        }
+    }
+
+    /// The published recipe to the letter: both views fitted alone, Algorithm 1 on the mixtures.
+    pub fn paper_independent() -> Self {
+        Self {
+            novelty: novelty::NoveltySettings {
+                u_th_m: PAPER_U_TH_M,
                 model: novelty::RevisitModel::Independent {
                     max_components: PAPER_MAX_COMPONENTS,
                 },
+                removal_extent: novelty::RemovalExtent::UntilBelowThreshold,
                 ..novelty::NoveltySettings::default()
             },
             shape: ShapeSettings::paper(),

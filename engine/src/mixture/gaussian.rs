@@ -1,5 +1,6 @@
 //! One Gaussian in three dimensions (theta_k of paper Eq. 4).
 
+use crate::geometry::Pose;
 use nalgebra::{Cholesky, Matrix3, Point3, Vector3};
 
 /// Mean and covariance.
@@ -47,9 +48,20 @@ impl Gaussian {
     }
 }
 
+impl Gaussian {
+    /// The same in another frame.
+    pub fn transformed(&self, other_from_this: &Pose) -> Self {
+        let rotation = other_from_this.rotation.to_rotation_matrix().into_inner();
+        Self {
+            mean: other_from_this * self.mean,
+            covariance: rotation * self.covariance * rotation.transpose(),
+        }
+    }
+}
+
 /// A Gaussian prepared for evaluation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct GaussianDensity {
+pub(crate) struct GaussianDensity {
     mean: Point3<f64>,
     /// Inverse of the lower Cholesky factor: `whitening * (x - mean)` is standard normal.
     whitening: Matrix3<f64>,
@@ -59,7 +71,7 @@ pub(super) struct GaussianDensity {
 
 impl GaussianDensity {
     /// `None` if the covariance is not positive definite.
-    pub(super) fn new(gaussian: &Gaussian) -> Option<Self> {
+    pub(crate) fn new(gaussian: &Gaussian) -> Option<Self> {
         let lower = Cholesky::new(gaussian.covariance)?.unpack();
         let log_root_det: f64 = (0..3).map(|i| lower[(i, i)].ln()).sum();
         let whitening = lower.solve_lower_triangular(&Matrix3::identity())?;
@@ -72,8 +84,17 @@ impl GaussianDensity {
         })
     }
 
+    /// A density that is zero everywhere.
+    pub(crate) fn nowhere() -> Self {
+        Self {
+            mean: Point3::origin(),
+            whitening: Matrix3::zeros(),
+            log_peak: f64::NEG_INFINITY,
+        }
+    }
+
     /// ln g(x), natural logarithm of a density per cubic metre.
-    pub(super) fn log_at(&self, x: &Point3<f64>) -> f64 {
+    pub(crate) fn log_at(&self, x: &Point3<f64>) -> f64 {
         self.log_peak - 0.5 * self.mahalanobis_squared(x)
     }
 

@@ -139,7 +139,7 @@ fn sorted_indices(listed: &[usize], len: usize) -> Result<Vec<usize>, MixtureErr
 ///
 /// # Errors
 /// Coordinates that are not finite; a component without volume if `noise_m2` is 0.
-fn sigmas_to_nearest(
+pub(crate) fn sigmas_to_nearest(
     mixture: &Mixture,
     points: &[Point3<f64>],
     noise_m2: f64,

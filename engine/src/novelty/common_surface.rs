@@ -5,25 +5,32 @@ use super::{NoveltyError, Visibility};
 use crate::mixture::{EmSettings, Mixture, RefitSettings, Unexplained, refit};
 use nalgebra::Point3;
 
-/// Cells, each with the area of surface that it represents.
+/// Cells, each with the area of surface (or the number of beams) that it represents.
 #[derive(Debug, Default)]
 pub(super) struct WeightedCells {
     /// In the reference's frame.
-    points: Vec<Point3<f64>>,
-    areas_m2: Vec<f64>,
+    pub points: Vec<Point3<f64>>,
+    pub areas_m2: Vec<f64>,
 }
 
 impl WeightedCells {
-    fn push(&mut self, point: Point3<f64>, area_m2: f64) {
+    pub(super) fn push(&mut self, point: Point3<f64>, area_m2: f64) {
         self.points.push(point);
         self.areas_m2.push(area_m2);
+    }
+
+    /// Adds all of `cells`, their areas times `factor`.
+    pub(super) fn extend(&mut self, cells: &Self, factor: f64) {
+        self.points.extend_from_slice(&cells.points);
+        self.areas_m2
+            .extend(cells.areas_m2.iter().map(|a| a * factor));
     }
 }
 
 /// The surface of one view that the other could see.
 pub(super) struct VisibleSurface {
     /// Cells that both views saw.
-    common: WeightedCells,
+    pub common: WeightedCells,
     /// Cells that the other view did not surely see.
     pub unsure: WeightedCells,
     /// Cells with points in free space of the other view that are in no segment.
@@ -115,63 +122,34 @@ impl VisibleSurface {
     pub(super) fn total_m2(&self) -> f64 {
         self.background_m2 + self.segments_m2.iter().sum::<f64>()
     }
-
-    /// Weights of the reference's components on the background.
-    pub(super) fn background_weights(&self, mixture: &Mixture) -> Result<Vec<f64>, NoveltyError> {
-        let refitted = refit(
-            mixture,
-            &self.common.points,
-            Some(&self.common.areas_m2),
-            Unexplained::Listed(&[]),
-            &one_step(),
-        )?;
-        let mut weights = refitted.mixture.weights;
-        weights.truncate(refitted.frozen);
-        Ok(weights)
-    }
 }
 
-/// Weight of each component on the `unsure` or `deviating` cells of both views, in shares of each view's own background, so
-/// that it compares with the background weights.
-pub(super) fn uncertain_weights(
+/// Area of `cells` that falls to each component of `mixture`, square metres: one M step from the mixture's weights, so that
+/// each cell is shared out as the mixture would share it. More steps let overlapping components take weight from one another
+/// for no reason of the scene.
+pub(super) fn shared_areas(
     mixture: &Mixture,
-    surfaces: &[VisibleSurface; 2],
-    which: impl Fn(&VisibleSurface) -> &WeightedCells,
+    cells: &WeightedCells,
 ) -> Result<Vec<f64>, NoveltyError> {
-    let points: Vec<Point3<f64>> = surfaces
-        .iter()
-        .flat_map(|s| which(s).points.clone())
-        .collect();
-    if points.is_empty() {
+    let total_m2: f64 = cells.areas_m2.iter().sum();
+    if cells.points.is_empty() || total_m2 <= 0.0 {
         return Ok(vec![0.0; mixture.len()]);
     }
-    let weights: Vec<f64> = surfaces
-        .iter()
-        .flat_map(|s| which(s).areas_m2.iter().map(|area| area / s.background_m2))
-        .collect();
-    let total: f64 = weights.iter().sum();
-    let refitted = refit(
-        mixture,
-        &points,
-        Some(&weights),
-        Unexplained::Listed(&[]),
-        &one_step(),
-    )?;
-    Ok(refitted.mixture.weights[..refitted.frozen]
-        .iter()
-        .map(|w| w * total)
-        .collect())
-}
-
-/// One M step from the reference's weights: each cell is shared out as the reference would share it. More steps let
-/// overlapping components take weight from one another for no reason of the scene.
-pub(super) fn one_step() -> RefitSettings {
-    RefitSettings {
+    let settings = RefitSettings {
         em: EmSettings {
             iterations: 1,
             tolerance: 0.0,
             ..RefitSettings::default().em
         },
         ..RefitSettings::default()
-    }
+    };
+    let refitted = refit(
+        mixture,
+        &cells.points,
+        Some(&cells.areas_m2),
+        Unexplained::Listed(&[]),
+        &settings,
+    )?;
+    let weights = refitted.mixture.weights;
+    Ok(weights.into_iter().map(|w| w * total_m2).collect())
 }

@@ -1,15 +1,19 @@
 //! Compares a view with a reference, step by step (`docs/novelty.md section 1`).
 
-use super::algorithm1;
+use super::algorithm1::segment_changes;
+use super::alone::{compare_alone, segments_of_pi};
+use super::common_surface::VisibleSurface;
 use super::listing::list_novelties;
-use super::quantify::quantify;
-use super::reference::fit_view;
+use super::mixture_evidence::evidence_from_mixture;
+use super::quantified_change::{NoveltyShare, QuantifiedChange};
+use super::reference_mixture::fit_view;
 use super::segment::segment;
+use super::theta::fit_theta;
 use super::verdict::{Findings, verdict};
 use super::view_pair::ViewPair;
 use super::{
-    Evidence, Novelty, NoveltyError, NoveltySettings, PreparedView, Reference, RevisitModel,
-    Segment, Segmentation, Verdict, Visibility,
+    ComparedMixtures, Evidence, EvidenceSource, Novelty, NoveltyError, NoveltySettings,
+    PreparedView, Reference, Removal, RevisitModel, Segment, SegmentId, Verdict, Visibility,
 };
 use crate::geometry::{NoiseLaw, Registration, View};
 
@@ -55,6 +59,10 @@ pub struct Detection {
     pub noise: [NoiseLaw; 2],
     /// Share of each view's surface that the other could see: reference, current.
     pub overlap: [f64; 2],
+    /// Gamma and Theta as they entered Eq. 6, in the reference's frame.
+    pub compared: ComparedMixtures,
+    /// Pi of Algorithm 1, in the order in which it was taken, with d_GMM after each removal.
+    pub removals: Vec<(Removal, f64)>,
 }
 
 /// Compares `current` with `reference`. `seed` is for fits with random starts; `observer` is called when a step begins.
@@ -77,50 +85,81 @@ pub fn detect(
     let pair = ViewPair::register(reference, &current_view, settings);
 
     observer(DetectionStage::Segment);
-    let evidence = pair.evaluate_evidence(settings);
+    let gamma = &reference.gamma.mixture;
+    let evidence = match settings.evidence_source {
+        EvidenceSource::Rays => pair.evaluate_evidence(settings),
+        EvidenceSource::Mixture => evidence_from_mixture(gamma, &pair, settings)?,
+    };
     let observers = [pair.observer_of(0), pair.observer_of(1)];
-    let (segments, algorithm1_distance) = match settings.segmentation {
-        Segmentation::Evidence => {
-            let segments = [
-                segment(
-                    reference_view,
-                    &evidence[0],
-                    &observers[0],
-                    &settings.segment,
-                ),
-                segment(
-                    &current_view,
-                    &evidence[1],
-                    &observers[1],
-                    &settings.segment,
-                ),
-            ];
-            (segments, None)
-        }
-        Segmentation::Mixture => {
-            let own_mixture = match settings.model {
-                RevisitModel::Refit => None,
-                RevisitModel::Independent { .. } => Some(fit_view(&current_view, settings, seed)?),
-            };
-            let found =
-                algorithm1::run(&reference.mixture, own_mixture, &pair, &evidence, settings)?;
-            let distance = (found.d, found.contributions, found.components);
-            (found.segments, Some(distance))
-        }
+    let visibilities = evidence.each_ref().map(|e| visibilities(e));
+    let mut segments = match settings.model {
+        RevisitModel::Refit => [0, 1].map(|side| {
+            let own = pair.views[side];
+            segment(own, &evidence[side], &observers[side], &settings.segment)
+        }),
+        RevisitModel::Independent { .. } => Default::default(),
     };
 
     observer(DetectionStage::Distance);
-    let indices = [point_indices(&segments[0]), point_indices(&segments[1])];
-    let visibilities = evidence.each_ref().map(|e| visibilities(e));
-    let views = [
-        pair.compared_view(0, &visibilities[0], &indices[0]),
-        pair.compared_view(1, &visibilities[1], &indices[1]),
-    ];
-    let mut change = quantify(&reference.mixture, &views[0], &views[1], &settings.quantify)?;
-    if let Some((d, contributions, components)) = algorithm1_distance {
-        change.replace_distance(d, contributions, components);
-    }
-    let novelties = list_novelties(&segments, &views, &observers, &change, &settings.segment)?;
+    let mut indices = segments.each_ref().map(|s| point_indices(s));
+    let surfaces = [0, 1].map(|side| {
+        VisibleSurface::new(&pair.compared_view(side, &visibilities[side], &indices[side]))
+    });
+    let quantify = &settings.quantify;
+    let (compared, found, owners, masses) = match settings.model {
+        RevisitModel::Refit => {
+            let views =
+                [0, 1].map(|side| pair.compared_view(side, &visibilities[side], &indices[side]));
+            let theta = fit_theta(reference, &views, &surfaces, quantify)?;
+            let found = segment_changes(
+                &theta.compared,
+                settings.u_th(),
+                quantify.ground,
+                settings.removal_extent,
+            )?;
+            (theta.compared, found, theta.owners, theta.segment_masses)
+        }
+        RevisitModel::Independent { .. } => {
+            let theta = fit_view(&current_view, settings, seed)?;
+            let compared = compare_alone(gamma, theta, &pair, &evidence)?;
+            let found = segment_changes(
+                &compared,
+                settings.u_th(),
+                quantify.ground,
+                settings.removal_extent,
+            )?;
+            let owners;
+            (segments, owners) =
+                segments_of_pi(&compared, &found, &pair, &evidence, &settings.segment);
+            indices = segments.each_ref().map(|s| point_indices(s));
+            let masses = segment_masses(&compared, &owners, &segments);
+            (compared, found, owners, masses)
+        }
+    };
+    let surface_m2 = surfaces[0].total_m2().max(surfaces[1].total_m2());
+    let mut change = QuantifiedChange {
+        d: found.d,
+        work_m3: found.d * surface_m2,
+        shares: masses.map(|list| {
+            let share = |mass| NoveltyShare {
+                mass,
+                ..NoveltyShare::default()
+            };
+            list.into_iter().map(share).collect()
+        }),
+        unexplained: 0.0,
+        components: [0, 1].map(|side| compared.present(side).count()),
+        overlap: surfaces.each_ref().map(|s| s.overlap),
+    };
+    change.book(&found, &owners);
+    let novelties = list_novelties(
+        &segments,
+        &pair.views,
+        &observers,
+        &change,
+        &compared,
+        &settings.segment,
+    );
 
     let mut labels = vec![false; current.points.len()];
     for i in indices[1].iter().flatten() {
@@ -151,6 +190,8 @@ pub fn detect(
         noise: [reference_view.noise, current_view.noise],
         overlap: change.overlap,
         registration: pair.registration,
+        compared,
+        removals: found.removals.into_iter().zip(found.d_after).collect(),
     })
 }
 
@@ -160,4 +201,19 @@ fn point_indices(segments: &[Segment]) -> Vec<Vec<usize>> {
 
 fn visibilities(evidence: &[Evidence]) -> Vec<Visibility> {
     evidence.iter().map(|e| e.visibility).collect()
+}
+
+/// Mass of each segment: that of its components.
+fn segment_masses(
+    compared: &ComparedMixtures,
+    owners: &[Option<SegmentId>],
+    segments: &[Vec<Segment>; 2],
+) -> [Vec<f64>; 2] {
+    let mut masses = segments.each_ref().map(|list| vec![0.0; list.len()]);
+    for (component, owner) in compared.components.iter().zip(owners) {
+        if let Some((side, index)) = owner {
+            masses[*side][*index] += component.masses[*side];
+        }
+    }
+    masses
 }

@@ -21,6 +21,16 @@ pub enum NoveltyError {
         /// Index of the point.
         index: usize,
     },
+    /// A stored mixture without components, or without beams for each.
+    #[error(
+        "reference mixture: got {components} components and beams of {beams}, expected as many, at least 1"
+    )]
+    BadReferenceMixture {
+        /// Number of components.
+        components: usize,
+        /// Number of components whose beams are known.
+        beams: usize,
+    },
     /// A mixture that cannot be fitted.
     #[error("mixture: {0}")]
     Mixture(#[from] crate::mixture::MixtureError),

@@ -1,29 +1,30 @@
 //! Turns segments and their shares of d_GMM into novelties.
 
-use super::compared_view::ComparedView;
 use super::moved;
-use super::quantified_change::QuantifiedChange;
+use super::quantified_change::{NoveltyShare, QuantifiedChange};
 use super::surroundings::surroundings;
-use super::{Novelty, NoveltyError, NoveltyKind, ObserverView, Segment, SegmentSettings};
+use super::{
+    ComparedMixtures, Novelty, NoveltyKind, ObserverView, PreparedView, Segment, SegmentSettings,
+};
 use crate::geometry::DriftTransform;
-use crate::mixture::{Gaussian, split_until_flat};
+use crate::mixture::{Gaussian, Mixture};
 use nalgebra::Point3;
 
 /// The novelties, disappeared first, then appeared, with positions in the current frame.
-///
-/// # Errors
-/// A mixture that cannot be fitted.
 pub(super) fn list_novelties(
     segments: &[Vec<Segment>; 2],
-    views: &[ComparedView<'_>; 2],
+    views: &[&PreparedView; 2],
     observers: &[ObserverView<'_>; 2],
     change: &QuantifiedChange,
+    compared: &ComparedMixtures,
     settings: &SegmentSettings,
-) -> Result<Vec<Novelty>, NoveltyError> {
+) -> Vec<Novelty> {
     let mut novelties = Vec::new();
+    // Disappeared novelties are seen by the current view, from the reference's frame, in which the mixtures are.
+    let current_from_reference = observers[0].observer_from_own;
     for (side, kind) in [(0, NoveltyKind::Disappeared), (1, NoveltyKind::Appeared)] {
-        let shares = [&change.disappeared, &change.appeared][side];
-        let own = views[side].prepared;
+        let shares = &change.shares[side];
+        let own = views[side];
         let current_from_own = match kind {
             NoveltyKind::Disappeared => observers[side].observer_from_own,
             NoveltyKind::Appeared => DriftTransform::identity(),
@@ -48,7 +49,9 @@ pub(super) fn list_novelties(
                 surroundings: surroundings(segment, own, &in_segments, &observers[side], settings)
                     .transformed(&current_from_own),
                 moments,
-                mixture: split_until_flat(&points, None, &own.split_settings())?,
+                mixture: own_mixture(share, compared, side, &current_from_reference),
+                components: positions_in_mixture(share, compared, side),
+                needed_for_alarm: share.needed_for_alarm,
                 extent_m: extent(&points),
                 points,
                 mass: share.mass,
@@ -58,7 +61,40 @@ pub(super) fn list_novelties(
         }
     }
     moved::link(&mut novelties);
-    Ok(novelties)
+    novelties
+}
+
+/// The components of a novelty in the current frame, weights summing to one.
+fn own_mixture(
+    share: &NoveltyShare,
+    compared: &ComparedMixtures,
+    side: usize,
+    current_from_reference: &DriftTransform,
+) -> Mixture {
+    let own = share.components.iter().map(|k| &compared.components[*k]);
+    let total: f64 = own.clone().map(|c| c.masses[side]).sum();
+    let (weights, components) = own
+        .map(|c| {
+            let turned = c.gaussian.transformed(&current_from_reference.pose);
+            let mean = current_from_reference.apply(&c.gaussian.mean);
+            (c.masses[side] / total, Gaussian { mean, ..turned })
+        })
+        .unzip();
+    Mixture {
+        weights,
+        components,
+    }
+}
+
+/// Positions of a novelty's components among the components with mass of its side, as the mixtures are written.
+fn positions_in_mixture(
+    share: &NoveltyShare,
+    compared: &ComparedMixtures,
+    side: usize,
+) -> Vec<usize> {
+    let present: Vec<usize> = compared.present(side).collect();
+    let position = |k: &usize| present.binary_search(k).ok();
+    share.components.iter().filter_map(position).collect()
 }
 
 fn extent(points: &[Point3<f64>]) -> [f64; 3] {

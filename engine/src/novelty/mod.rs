@@ -1,38 +1,49 @@
 //! Finds what appeared and disappeared between two views (`docs/novelty.md`; paper section III.C, Algorithm 1).
 
 mod algorithm1;
+mod alone;
 mod common_surface;
+mod compared_mixtures;
 mod compared_view;
+mod constants;
 mod detect;
 mod error;
-mod ledger;
 mod listing;
+mod mixture_evidence;
 mod model;
 mod moved;
 mod noise;
 mod observer;
 mod outline;
+mod prediction;
 mod prepared;
 mod quantified_change;
-mod quantify;
 mod reference;
+mod reference_mixture;
 mod sampling;
 mod segment;
 mod settings;
+mod split_component;
+mod stored_view;
 mod surroundings;
+mod theta;
 mod verdict;
 mod view_pair;
 mod visibility;
 
+pub use algorithm1::{ChangeSegmentation, Removal, RemovalExtent, segment_changes};
+pub use compared_mixtures::{ComparedComponent, ComparedFlow, ComparedMixtures};
 pub use detect::{Detection, DetectionStage, detect};
 pub use error::NoveltyError;
+use model::SegmentId;
 pub use model::{Novelty, NoveltyKind, Segment, Surroundings, Verdict};
 use observer::ObserverView;
 pub use prepared::PreparedView;
 pub use reference::Reference;
+pub use reference_mixture::{ComponentBeams, ReferenceMixture};
 pub use segment::measure;
 pub use settings::{
-    EvidenceSettings, NoveltySettings, QuantifySettings, RevisitModel, SegmentSettings,
-    Segmentation, VerdictSettings,
+    EvidenceSettings, EvidenceSource, NoveltySettings, QuantifySettings, RevisitModel,
+    SegmentSettings, VerdictSettings,
 };
 pub use visibility::{Evidence, Visibility};

@@ -61,8 +61,13 @@ pub struct Novelty {
     pub surroundings: Surroundings,
     /// Mean and covariance of its points.
     pub moments: Gaussian,
-    /// Mixture of its points, for the retrieval of its shape (paper section IV).
+    /// Its Gaussians (Pi of Algorithm 1), for the retrieval of its shape (paper section IV).
     pub mixture: Mixture,
+    /// Positions of its Gaussians in Theta if it appeared, in Gamma if it disappeared, as written by
+    /// [`ComparedMixtures::mixture`](super::ComparedMixtures::mixture).
+    pub components: Vec<usize>,
+    /// Whether Algorithm 1 took one of its Gaussians before d_GMM fell below U_th.
+    pub needed_for_alarm: bool,
     /// Size of the axis-aligned box around its points, metres.
     pub extent_m: [f64; 3],
     /// Its share of the mass that both views could see.
@@ -72,6 +77,9 @@ pub struct Novelty {
     /// See [`Segment::support`].
     pub support: f64,
 }
+
+/// Side (0 reference, 1 current) and index of a segment.
+pub(super) type SegmentId = (usize, usize);
 
 /// A connected set of deviating points of one view.
 #[derive(Debug, Clone, PartialEq)]

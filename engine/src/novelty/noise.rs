@@ -7,7 +7,7 @@ use nalgebra::Point3;
 const SAMPLES_PER_BIN: usize = 200;
 const MAX_BINS: usize = 10;
 /// Cosine of incidence above which the height over a plane measures the range.
-const STEEP_COS: f64 = 0.5;
+pub(super) const STEEP_COS: f64 = 0.5;
 /// Samples of the difference between two views; more make no difference.
 const MAX_SAMPLES: usize = 20_000;
 /// Standard deviation over median absolute deviation of a normal distribution.

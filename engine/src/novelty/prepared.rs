@@ -1,7 +1,7 @@
 //! A view prepared for comparison: rays, surfaces and noise (`docs/novelty.md section 2`).
 
 use super::{EvidenceSettings, NoveltyError, noise};
-use crate::geometry::{NoiseLaw, RayIndex, RaySet, Surfaces, View};
+use crate::geometry::{NoiseLaw, RayIndex, RaySet, SurfacePatch, Surfaces, View};
 use crate::mixture::SplitSettings;
 
 const MIN_POINTS: usize = 20;
@@ -19,6 +19,9 @@ pub struct PreparedView {
     pub noise: NoiseLaw,
     /// Median of its ranges, metres.
     pub median_range_m: f64,
+    /// Rays from this index on came back, but from what the reference's mixture does not have: they surely looked along
+    /// their direction. Other rays without a return may have met a surface that gives none.
+    pub(super) first_denied_ray: usize,
 }
 
 impl PreparedView {
@@ -81,7 +84,28 @@ impl PreparedView {
             surfaces,
             noise,
             median_range_m,
+            first_denied_ray: usize::MAX,
         })
+    }
+
+    /// Whether nothing came back along `ray`, and not because the reference's mixture denies what did.
+    pub(super) fn is_without_return(&self, ray: usize) -> bool {
+        self.rays.range_m(ray).is_infinite() && ray < self.first_denied_ray
+    }
+
+    /// Its visible surface up to this range, square metres.
+    pub(super) fn area_within_m2(&self, max_range_m: f64) -> f64 {
+        let cells = self.cells_within(max_range_m);
+        cells.map(|(_, patch)| patch.area_m2).sum()
+    }
+
+    /// Its cells up to this range, with their indices. Beyond the range limit a mixture has nothing.
+    pub(super) fn cells_within(
+        &self,
+        max_range_m: f64,
+    ) -> impl Iterator<Item = (usize, &SurfacePatch)> {
+        let patches = self.surfaces.patches.iter().enumerate();
+        patches.filter(move |(_, patch)| (patch.mean - self.view.origin).norm() <= max_range_m)
     }
 
     /// How finely its surfaces are split into components.

@@ -1,12 +1,19 @@
 //! d_GMM with its parts.
 
+use super::SegmentId;
+use super::algorithm1::ChangeSegmentation;
+
 /// A novelty's share of d_GMM.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct NoveltyShare {
     /// Its share of the mass.
     pub mass: f64,
     /// Its part of d_GMM.
     pub contribution: f64,
+    /// Its components, as indices into the compared mixtures.
+    pub components: Vec<usize>,
+    /// Whether d_GMM was at least U_th until one of its components was taken out.
+    pub needed_for_alarm: bool,
 }
 
 /// d_GMM and what it consists of.
@@ -16,12 +23,8 @@ pub(super) struct QuantifiedChange {
     pub d: f64,
     /// d_GMM times the visible surface, m^3 (for a ground distance in metres).
     pub work_m3: f64,
-    /// Surface that both views could see, novelties included, square metres.
-    pub surface_m2: f64,
-    /// Of each appeared novelty.
-    pub appeared: Vec<NoveltyShare>,
-    /// Of each disappeared novelty.
-    pub disappeared: Vec<NoveltyShare>,
+    /// Disappeared and appeared novelties, in the order of their segments.
+    pub shares: [Vec<NoveltyShare>; 2],
     /// Part of `d` that no novelty explains; contributions and this sum to `d`.
     pub unexplained: f64,
     /// Number of components with mass: reference, current.
@@ -31,26 +34,30 @@ pub(super) struct QuantifiedChange {
 }
 
 impl QuantifiedChange {
-    /// Replaces the distance by that of Algorithm 1, which is taken between the whole mixtures. `contributions` and
-    /// `components` are those of reference and current view.
-    pub(super) fn replace_distance(
-        &mut self,
-        d: f64,
-        contributions: [Vec<f64>; 2],
-        components: [usize; 2],
-    ) {
-        let [disappeared, appeared] = contributions;
-        self.unexplained = d - disappeared.iter().chain(&appeared).sum::<f64>();
-        for (shares, contributions) in [
-            (&mut self.disappeared, disappeared),
-            (&mut self.appeared, appeared),
-        ] {
-            for (share, contribution) in shares.iter_mut().zip(contributions) {
-                share.contribution = contribution;
+    /// Books the cost of every flow of the first plan to the segments at its ends: half and half where there is one at both,
+    /// `unexplained` where there is none. `owners` is the side and index of the segment of each component.
+    pub(super) fn book(&mut self, found: &ChangeSegmentation, owners: &[Option<SegmentId>]) {
+        for (k, owner) in owners.iter().enumerate() {
+            if let Some((side, index)) = owner {
+                self.shares[*side][*index].components.push(k);
             }
         }
-        self.d = d;
-        self.work_m3 = d * self.surface_m2;
-        self.components = components;
+        for flow in &found.plan {
+            let ends: Vec<SegmentId> = [owners[flow.from], owners[flow.to]]
+                .into_iter()
+                .flatten()
+                .collect();
+            if ends.is_empty() {
+                self.unexplained += flow.cost;
+            }
+            for (side, index) in &ends {
+                self.shares[*side][*index].contribution += flow.cost / ends.len() as f64;
+            }
+        }
+        for removal in &found.removals {
+            if let Some((side, index)) = owners[removal.component] {
+                self.shares[side][index].needed_for_alarm |= removal.needed_for_alarm;
+            }
+        }
     }
 }

@@ -1,23 +1,27 @@
-//! A reference, with the mixture of its view.
+//! A reference: its mixture and its view, ready for any number of comparisons.
 
-use super::{NoveltyError, NoveltySettings, PreparedView, RevisitModel};
+use super::stored_view::{Contradictions, view_of_mixture};
+use super::{NoveltyError, NoveltySettings, PreparedView, ReferenceMixture};
 use crate::geometry::{PlaneIndex, View};
-use crate::mixture::{ComponentSelection, FitSettings, Mixture, fit, split_until_flat};
-use nalgebra::Point3;
 
 /// A reference prepared for any number of comparisons.
 #[derive(Debug, Clone)]
 pub struct Reference {
-    /// The view, with its rays, surfaces and noise.
+    /// The view as the mixture has it, with its rays, surfaces and noise.
     pub prepared: PreparedView,
     /// Its flat cells, indexed for registration.
     pub(crate) planes: PlaneIndex,
-    /// Its mixture (Gamma of Algorithm 1).
-    pub mixture: Mixture,
+    /// Its mixture: Gamma of paper Eq. 6.
+    pub gamma: ReferenceMixture,
+    /// Points of the view that the mixture does not have, and components of which the view has no surface. Both are 0 for a
+    /// mixture that was fitted to this view.
+    pub contradictions: [usize; 2],
+    /// Components whose weight differs from the surface that the view shows of them.
+    pub(super) stated_weights: Vec<bool>,
 }
 
 impl Reference {
-    /// Prepares `view`; `seed` is for fits with random starts.
+    /// Fits the mixture of `view` and prepares both; `seed` is for fits with random starts.
     ///
     /// # Errors
     /// A view with too few points or with coordinates that are not finite.
@@ -27,40 +31,68 @@ impl Reference {
         seed: u64,
     ) -> Result<Self, NoveltyError> {
         let prepared = PreparedView::new(view, "reference", &settings.evidence)?;
-        let mixture = fit_view(&prepared, settings, seed)?;
+        let gamma = ReferenceMixture::fit(&prepared, settings, seed)?;
+        Ok(Self::new(prepared, gamma, [0; 2]))
+    }
+
+    /// Prepares a stored mixture with the view that it was fitted to. Nothing is fitted. Where the two differ, the mixture
+    /// decides what was there (`docs/novelty.md section 3`).
+    ///
+    /// # Errors
+    /// A view with too few points or with coordinates that are not finite; a mixture without components.
+    pub fn from_stored(
+        view: &View,
+        gamma: ReferenceMixture,
+        settings: &NoveltySettings,
+    ) -> Result<Self, NoveltyError> {
+        gamma.check()?;
+        let prepared = PreparedView::new(view, "reference", &settings.evidence)?;
+        if !settings.model.is_refit() {
+            return Ok(Self::new(prepared, gamma, [0; 2]));
+        }
+        let max_range_m = settings.max_range_m.unwrap_or(f64::INFINITY);
+        let found = Contradictions::find(&prepared, &gamma, max_range_m)?;
+        let stated_weights = found.stated_weights.clone();
+        if found.is_empty() {
+            return Ok(Self {
+                stated_weights,
+                ..Self::new(prepared, gamma, [0; 2])
+            });
+        }
+        let counts = [found.unknown_points.len(), found.unseen_components.len()];
+        let resolved = found.resolve(view, &gamma);
+        let mut prepared = PreparedView::new(&resolved, "reference", &settings.evidence)?;
+        prepared.first_denied_ray = resolved.points.len() + view.no_return.len();
         Ok(Self {
-            planes: PlaneIndex::new(&prepared.surfaces),
-            prepared,
-            mixture,
+            stated_weights,
+            ..Self::new(prepared, gamma, counts)
         })
     }
-}
 
-/// The mixture of a view by itself, from the means of its cells.
-pub(super) fn fit_view(
-    prepared: &PreparedView,
-    settings: &NoveltySettings,
-    seed: u64,
-) -> Result<Mixture, NoveltyError> {
-    let max_range_m = settings.max_range_m.unwrap_or(f64::INFINITY);
-    let means: Vec<Point3<f64>> = prepared
-        .surfaces
-        .patches
-        .iter()
-        .map(|p| p.mean)
-        .filter(|p| (p - prepared.view.origin).norm() <= max_range_m)
-        .collect();
-    Ok(match settings.model {
-        RevisitModel::Refit => split_until_flat(&means, None, &prepared.split_settings())?,
-        RevisitModel::Independent { max_components } => {
-            let bic = FitSettings {
-                components: ComponentSelection::Bic {
-                    max: max_components,
-                },
-                seed,
-                ..FitSettings::default()
-            };
-            fit(&means, None, &bic)?.mixture
+    /// Prepares a mixture without a view: points on its components stand for the beams. `frame` says where the sensor was and
+    /// what its ranges were like; its points are not read.
+    ///
+    /// # Errors
+    /// A mixture without components.
+    pub fn from_mixture_alone(
+        frame: &View,
+        gamma: ReferenceMixture,
+        settings: &NoveltySettings,
+    ) -> Result<Self, NoveltyError> {
+        gamma.check()?;
+        let view = view_of_mixture(frame, &gamma);
+        let prepared = PreparedView::new(&view, "reference", &settings.evidence)?;
+        let unseen = gamma.mixture.len();
+        Ok(Self::new(prepared, gamma, [0, unseen]))
+    }
+
+    fn new(prepared: PreparedView, gamma: ReferenceMixture, contradictions: [usize; 2]) -> Self {
+        Self {
+            stated_weights: vec![false; gamma.mixture.len()],
+            planes: PlaneIndex::new(&prepared.surfaces),
+            prepared,
+            gamma,
+            contradictions,
         }
-    })
+    }
 }

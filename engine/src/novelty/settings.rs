@@ -1,5 +1,7 @@
 //! Settings and constants of the detection: unit and origin of each.
 
+use super::RemovalExtent;
+use super::constants::REFERENCE_MODEL_VERSION;
 use crate::distance::GroundDistance;
 use crate::geometry::{NoiseLaw, RegistrationSettings};
 
@@ -12,12 +14,14 @@ pub struct NoveltySettings {
     pub u_th_m: f64,
     /// The same for [`GroundDistance::Fm`], which has no unit.
     pub u_th_fm: f64,
-    /// Where changes are found.
-    pub segmentation: Segmentation,
+    /// What says which beams are new.
+    pub evidence_source: EvidenceSource,
     /// How mixtures are fitted.
     pub model: RevisitModel,
     /// Points further than this from either sensor are neither novelty nor mass, metres. Their rays still prove free space.
     pub max_range_m: Option<f64>,
+    /// How far Algorithm 1 goes.
+    pub removal_extent: RemovalExtent,
     /// Registration of the views.
     pub registration: RegistrationSettings,
     /// Visibility and noise.
@@ -30,26 +34,32 @@ pub struct NoveltySettings {
     pub verdict: VerdictSettings,
 }
 
-/// Where changes are found.
+/// What says which beams Gamma does not explain, and which of its components are gone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Segmentation {
-    /// In points and rays: points in free space of the other view.
-    Evidence,
-    /// In the mixtures: Algorithm 1 of the paper.
+pub enum EvidenceSource {
+    /// The rays of the other view: where it looked through.
+    Rays,
+    /// The mixtures alone, within the field of view of the other view.
     Mixture,
 }
 
-/// How mixtures are fitted.
+/// How the revisit's mixture Theta is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RevisitModel {
-    /// The reference is split until flat; the current view is fitted from its frozen components, with new ones where points
-    /// are unexplained.
+    /// From Gamma, whose components are frozen, with new ones where beams are not explained.
     Refit,
     /// Both views are fitted alone; the Bayesian information criterion chooses the number of components.
     Independent {
         /// Most components tried.
         max_components: usize,
     },
+}
+
+impl RevisitModel {
+    /// Whether Theta is fitted from Gamma.
+    pub fn is_refit(self) -> bool {
+        matches!(self, Self::Refit)
+    }
 }
 
 impl NoveltySettings {
@@ -59,6 +69,21 @@ impl NoveltySettings {
             GroundDistance::W2 | GroundDistance::Euclid => self.u_th_m,
             GroundDistance::Fm => self.u_th_fm,
         }
+    }
+
+    /// What a reference's mixture is made by, as JSON: the version of the fit and the settings that it depends on. A stored
+    /// mixture of another text is made anew.
+    pub fn reference_model(&self, seed: u64) -> String {
+        let range = self
+            .max_range_m
+            .map_or_else(|| "null".to_owned(), |max_m| max_m.to_string());
+        let fit = match self.model {
+            RevisitModel::Refit => r#""fit":"flat""#.to_owned(),
+            RevisitModel::Independent { max_components } => {
+                format!(r#""fit":"bic","max_components":{max_components},"seed":{seed}"#)
+            }
+        };
+        format!(r#"{{"version":{REFERENCE_MODEL_VERSION},{fit},"max_range_m":{range}}}"#)
     }
 }
 
@@ -112,9 +137,10 @@ impl Default for NoveltySettings {
         Self {
             u_th_m: 5e-4,
             u_th_fm: 2e-3,
-            segmentation: Segmentation::Evidence,
+            evidence_source: EvidenceSource::Rays,
             model: RevisitModel::Refit,
             max_range_m: None,
+            removal_extent: RemovalExtent::AllCandidates,
             registration: RegistrationSettings::default(),
             evidence: EvidenceSettings::default(),
             segment: SegmentSettings::default(),

@@ -106,9 +106,7 @@ mod tests {
         QuantifiedChange {
             d: 1e-5,
             work_m3: 1e-5,
-            surface_m2: 1.0,
-            appeared: Vec::new(),
-            disappeared: Vec::new(),
+            shares: Default::default(),
             unexplained: 1e-5,
             components: [1; 2],
             overlap: [0.9; 2],

@@ -160,7 +160,7 @@ impl VisibilityTest<'_> {
             },
             z: z.min(z_surface).clamp(0.0, max_sigmas),
             z_loose: z_nearest.min(z_surface).clamp(0.0, max_sigmas),
-            no_return: self.other.rays.range_m(nearest).is_infinite(),
+            no_return: self.other.is_without_return(nearest),
         }
     }
 

@@ -1,9 +1,10 @@
 //! The report of one comparison: what `compare` prints and the log keeps (`docs/contract.md`).
 
 use super::novelty_record::NoveltyRecord;
+use super::nullable;
 use crate::geometry::{Registration, RollPitchYaw};
 use crate::inspect::Inspection;
-use crate::novelty::Verdict;
+use crate::novelty::{Detection, Verdict};
 use serde::{Deserialize, Serialize};
 
 /// Pose of the revisit relative to the reference, as registration found it.
@@ -28,6 +29,38 @@ pub struct ViewCounts {
     pub components: usize,
 }
 
+/// One Gaussian that Algorithm 1 took.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RemovalRecord {
+    /// `theta` (something appeared) or `gamma` (something disappeared).
+    pub from: String,
+    /// Its position in that mixture, as `--mixtures-out` writes it.
+    pub component: usize,
+    /// d_GMM without it.
+    #[serde(deserialize_with = "nullable::number")]
+    pub d_gmm: f64,
+    /// Whether d_GMM was at least U_th until it was taken.
+    pub needed_for_alarm: bool,
+}
+
+fn removed(detection: &Detection) -> Vec<RemovalRecord> {
+    let present: [Vec<usize>; 2] = [0, 1].map(|side| detection.compared.present(side).collect());
+    detection
+        .removals
+        .iter()
+        .filter_map(|(removal, d_gmm)| {
+            Some(RemovalRecord {
+                from: ["gamma", "theta"][removal.side].to_owned(),
+                component: present[removal.side]
+                    .binary_search(&removal.component)
+                    .ok()?,
+                d_gmm: *d_gmm,
+                needed_for_alarm: removal.needed_for_alarm,
+            })
+        })
+        .collect()
+}
+
 /// The JSON of one comparison, without its name and timing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct InspectionReport {
@@ -45,7 +78,7 @@ pub struct InspectionReport {
     pub u_th: f64,
     /// Whether an alarm is due: the verdict is `changed`.
     pub alarm: bool,
-    /// `standard` or `paper`.
+    /// `standard`, `paper` or `paper-independent`.
     pub engine: String,
     /// Seed of the random number generators.
     pub seed: u64,
@@ -55,6 +88,9 @@ pub struct InspectionReport {
     pub reference: ViewCounts,
     /// Size of the revisit.
     pub current: ViewCounts,
+    /// Gaussians that Algorithm 1 took, in order. Empty in logs of earlier versions.
+    #[serde(default)]
+    pub removed: Vec<RemovalRecord>,
     /// Listed novelties, in the frame of the revisit.
     pub novelties: Vec<NoveltyRecord>,
 }
@@ -86,6 +122,7 @@ impl InspectionReport {
             pose_correction: PoseCorrection::new(&detection.registration),
             reference,
             current,
+            removed: removed(detection),
             novelties,
         }
     }

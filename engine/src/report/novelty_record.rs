@@ -90,6 +90,13 @@ pub struct NoveltyRecord {
     /// Sum over its points of their deviations in sigmas, capped (`docs/novelty.md section 6`).
     #[serde(deserialize_with = "nullable::number")]
     pub support: f64,
+    /// Positions of its Gaussians in Theta if it appeared, in Gamma if it disappeared, as `--mixtures-out` writes them. Empty
+    /// in logs of earlier versions.
+    #[serde(default)]
+    pub components: Vec<usize>,
+    /// Whether Algorithm 1 took one of its Gaussians before d_GMM fell below U_th.
+    #[serde(default)]
+    pub needed_for_alarm: bool,
     /// Best shape; null if it has too few points for one.
     pub shape: Option<ShapeRecord>,
     /// Answer of each method.
@@ -112,6 +119,8 @@ impl NoveltyRecord {
             mass: novelty.mass,
             contribution: novelty.contribution,
             support: novelty.support,
+            components: novelty.components.clone(),
+            needed_for_alarm: novelty.needed_for_alarm,
             shape: by(retrieval.map(|r| &r.best)),
             shapes: MethodsRecord {
                 covariance: by(retrieval.and_then(|r| r.covariance.as_ref())),
@@ -244,6 +253,8 @@ mod tests {
 
     fn novelty(points: Vec<Point3<f64>>) -> Novelty {
         Novelty {
+            components: vec![3],
+            needed_for_alarm: true,
             kind: NoveltyKind::Appeared,
             moved_from: None,
             point_indices: vec![1, 2, 3],

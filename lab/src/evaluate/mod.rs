@@ -32,7 +32,7 @@ pub use plan::{PairCounts, PairPlan, PairSet, PoseErrorClass, plan};
 pub use point_labels::PointLabel;
 pub use quiet_threshold::{QuietThreshold, quiet_threshold, quiet_visits};
 pub use rate_rows::{RateRow, rate_rows};
-pub use run_engine::{EngineInput, run_engine};
+pub use run_engine::{EngineInput, KeptReference, run_engine};
 pub use score::{ListedNovelty, PairScore, score};
 pub use sensor::SensorKind;
 pub use separation_rows::{SeparationRow, separation_rows};

@@ -6,7 +6,9 @@ use super::run_engine::EngineInput;
 use crate::constants::ENGINE_SEED;
 use crate::statistics::quantile_of_next;
 use patrold_engine::geometry::View;
-use patrold_engine::novelty::{NoveltyError, NoveltySettings, Reference, Verdict, detect};
+use patrold_engine::novelty::{
+    NoveltyError, NoveltySettings, Reference, RemovalExtent, Verdict, detect,
+};
 
 /// U_th of a place, and the visits that it comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,7 +67,10 @@ pub fn quiet_threshold(
     settings: &NoveltySettings,
 ) -> Result<QuietThreshold, NoveltyError> {
     // Nothing is to be looked for.
-    let settings = with_threshold(settings.clone(), f64::MAX);
+    let settings = NoveltySettings {
+        removal_extent: RemovalExtent::UntilBelowThreshold,
+        ..with_threshold(settings.clone(), f64::MAX)
+    };
     let reference = input.of_view(&pair.sweeps[0].view);
     let reference = Reference::prepare(&reference, &settings, ENGINE_SEED)?;
     let distance = |visit: &View| -> Result<Option<f64>, NoveltyError> {

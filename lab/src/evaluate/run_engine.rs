@@ -37,6 +37,33 @@ impl EngineInput {
     }
 }
 
+/// What is kept of a reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum KeptReference {
+    /// Mixture and view, as in the store.
+    View,
+    /// The mixture alone, with the position of the sensor and its noise.
+    Mixture,
+}
+
+impl KeptReference {
+    /// The name in JSON.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::View => "view",
+            Self::Mixture => "mixture",
+        }
+    }
+
+    fn prepare(self, view: &View, settings: &NoveltySettings) -> Result<Reference, NoveltyError> {
+        let fitted = Reference::prepare(view, settings, ENGINE_SEED)?;
+        match self {
+            Self::View => Ok(fitted),
+            Self::Mixture => Reference::from_mixture_alone(view, fitted.gamma, settings),
+        }
+    }
+}
+
 /// The engine's answer to a pair, without shapes.
 ///
 /// # Errors
@@ -44,13 +71,14 @@ impl EngineInput {
 pub fn run_engine(
     pair: &SimulatedPair,
     input: EngineInput,
+    kept: KeptReference,
     settings: &NoveltySettings,
     clock: MillisClock<'_>,
 ) -> Result<Timed<Detection>, NoveltyError> {
     let [reference, current] = [0, 1].map(|side| input.of_view(&pair.sweeps[side].view));
     timed(
         clock,
-        || Reference::prepare(&reference, settings, ENGINE_SEED),
+        || kept.prepare(&reference, settings),
         |prepared| detect(prepared, &current, settings, ENGINE_SEED, &mut |_| {}),
     )
 }

@@ -74,8 +74,6 @@ pub(crate) const FURNISHED_POINTS: RangeInclusive<usize> = 60..=800;
 /// Rows that a sweep of the furnished room may have.
 pub(crate) const FURNISHED_ROWS: [usize; 3] = [40, 80, 120];
 
-/// Most Gaussians that Fig. 3 removes; an object has a handful.
-pub(crate) const MAX_REMOVED: usize = 12;
 /// Diameter and length of the cylinder of Fig. 4d, metres: the middle of those in the corridor.
 pub(crate) const IDEAL_CYLINDER_M: [f64; 2] = [0.5, 1.2];
 /// Its position, metres from the sensor at the origin; ideal moments do not depend on it.

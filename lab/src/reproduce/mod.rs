@@ -34,7 +34,7 @@ pub use ideal_cylinder::{AxisAccuracy, CylinderAttitude, axis_accuracy, cylinder
 pub use outline::{Polyline, gaussian_outline, shape_outline};
 pub use paper_tables::{PAPER_COLUMNS, PaperColumn};
 pub use picture::{AppearedPicture, ScenePicture, scene_picture};
-pub use removal::{GaussianRemoval, RemovalError, RemovalStep, remove_gaussians};
+pub use removal::{GaussianRemoval, RemovalStep, remove_gaussians};
 pub use run_engine::run_engine;
 pub use scene_pair::{NoveltyTruth, ScenePair};
 pub use score::{SceneScore, score};

@@ -63,7 +63,7 @@ pub fn scene_picture(scene: &ScenePair) -> Result<ScenePicture, NoveltyError> {
         ENGINE_SEED,
         &mut |_| {},
     )?;
-    let before_gaussians = reference.mixture.components.clone();
+    let before_gaussians = reference.gamma.mixture.components.clone();
     let pose = &found.detection.registration.current_from_reference;
     let listed = found.detection.novelties.iter().zip(&found.retrievals);
     let labelled = scene.current.points.iter().zip(&found.detection.labels);

@@ -8,8 +8,9 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use patrold_engine::inspect::{Engine, EngineSettings};
 use patrold_lab::evaluate::{
-    ChangeClass, EngineInput, ManifestEntry, PairCounts, PairPlan, PairScore, PairSet, PlaceKind,
-    SensorKind, SimulatedPair, dump, plan, quiet_threshold, quiet_visits, run_engine, score,
+    ChangeClass, EngineInput, KeptReference, ManifestEntry, PairCounts, PairPlan, PairScore,
+    PairSet, PlaceKind, SensorKind, SimulatedPair, dump, plan, quiet_threshold, quiet_visits,
+    run_engine, score,
 };
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -35,6 +36,9 @@ pub(crate) struct EvaluateArgs {
     /// With `--u-th quiet`: quiet visits to the place of each pair
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=MAX_QUIET_VISITS))]
     quiet_visits: u32,
+    /// What is kept of the reference
+    #[arg(long, value_enum, default_value_t = ReferenceArg::View)]
+    reference: ReferenceArg,
     /// Only pairs in such a place (may be repeated)
     #[arg(long, value_name = "NAME", value_parser = place)]
     place: Vec<PlaceKind>,
@@ -85,6 +89,14 @@ enum EngineInputArg {
     Sweep,
     /// One after the other
     Both,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ReferenceArg {
+    /// Its mixture and its view, as in the store
+    View,
+    /// Its mixture alone
+    Mixture,
 }
 
 /// More would only take time: the quantile is that of the last in twenty.
@@ -158,6 +170,13 @@ impl EvaluateArgs {
             .collect()
     }
 
+    fn kept(&self) -> KeptReference {
+        match self.reference {
+            ReferenceArg::View => KeptReference::View,
+            ReferenceArg::Mixture => KeptReference::Mixture,
+        }
+    }
+
     /// Quiet visits to each place that U_th comes from; `None`: it is the engine's own.
     fn quiet_visits(&self) -> Option<u32> {
         (self.u_th == ThresholdArg::Quiet).then_some(self.quiet_visits)
@@ -186,6 +205,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> CommandResult {
     let evaluation = Evaluation {
         seed: args.seed,
         runs: args.runs(),
+        kept: args.kept(),
         quiet_visits: args.quiet_visits(),
         folder: args.dump.as_deref(),
         clock: RunClock::start(),
@@ -210,6 +230,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> CommandResult {
     let head = EvaluateHead {
         seed: args.seed,
         pairs: plan.len(),
+        reference: args.kept().as_str(),
         quiet_visits: args.quiet_visits(),
         seconds,
     };
@@ -228,6 +249,7 @@ type PairResult = (Vec<PairScore>, Option<ManifestEntry>);
 struct Evaluation<'a> {
     seed: u64,
     runs: Vec<(Engine, EngineInput)>,
+    kept: KeptReference,
     /// Quiet visits to each place that U_th comes from.
     quiet_visits: Option<u32>,
     folder: Option<&'a Path>,
@@ -256,7 +278,7 @@ impl Evaluation<'_> {
                 Some(threshold) => threshold.apply(settings),
                 None => settings,
             };
-            let answer = run_engine(&pair, *input, &settings, &clock).map_err(named)?;
+            let answer = run_engine(&pair, *input, self.kept, &settings, &clock).map_err(named)?;
             Ok(score(&pair, *engine, *input, threshold.as_ref(), &answer))
         });
         Ok((scores.collect::<Result<_, Failure>>()?, entry))

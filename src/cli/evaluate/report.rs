@@ -23,6 +23,8 @@ pub(super) struct EvaluateHead {
     pub seed: u64,
     /// Number of pairs.
     pub pairs: usize,
+    /// What was kept of the references: `view` (and mixture) or `mixture`.
+    pub reference: &'static str,
     /// Quiet visits to the place of each pair that its U_th comes from; `None`: U_th is the engine's own.
     pub quiet_visits: Option<u32>,
     /// Duration of the run.
@@ -46,6 +48,7 @@ impl EvaluateReport {
         let EvaluateHead {
             seed,
             pairs,
+            reference,
             quiet_visits,
             seconds,
         } = &self.head;
@@ -54,7 +57,7 @@ impl EvaluateReport {
             None => "U_th of the engine".to_owned(),
         };
         let mut parts = vec![format!(
-            "{pairs} pairs, seed {seed}, {seconds:.0} s, {u_th}; rates in % with 95 % intervals (Wilson)"
+            "{pairs} pairs, seed {seed}, {seconds:.0} s, reference kept as {reference}, {u_th}; rates in % with 95 % intervals (Wilson)"
         )];
         let table = |r: &RateRow| (r.set, r.engine, r.view, r.group);
         for rows in self.rows.chunk_by(|a, b| table(a) == table(b)) {

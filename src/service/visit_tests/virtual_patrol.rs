@@ -1,5 +1,6 @@
 //! A patrol in virtual time and without threads: requests in, verdicts out.
 
+use super::stored_reference::stored_reference;
 use crate::config::Settings;
 use crate::devices::lockstep::links::EmulatedDevices;
 use crate::devices::{Cancel, Station};
@@ -7,7 +8,8 @@ use crate::patrol::action::PatrolAction;
 use crate::patrol::event::{PatrolEvent, PatrolRequest, PatrolTask, RefusalReason};
 use crate::patrol::machine::{self, PatrolMachine};
 use crate::service::constants::{IDLE_CHECK_INTERVAL, TICK};
-use crate::service::judgement::{ReferenceCache, SweepFinding, SweepJudgement, judge_sweep};
+use crate::service::judgement::{SweepFinding, SweepJudgement, judge_sweep};
+use crate::service::reference_cache::ReferenceCache;
 use crate::service::scanner::{
     ConnectError, DeviceNoteSink, Scanner, ScannerConnector, ScannerError,
 };
@@ -375,15 +377,9 @@ impl VirtualPatrol {
                 verdict: finding.verdict,
                 reason: finding.report.reason,
             },
-            (Ok(SweepFinding::Reference(mixture)), Some(sweep)) => {
-                self.reference = Some(Arc::new(StoredReference {
-                    id: 1,
-                    version: 1,
-                    view: sweep.view,
-                    mixture,
-                    engine: self.settings.engine_json(),
-                    seed: self.settings.mixture.seed,
-                }));
+            (Ok(SweepFinding::Reference(gamma)), Some(sweep)) => {
+                let reference = stored_reference(&self.settings, sweep.view, gamma, "of the bytes");
+                self.reference = Some(Arc::new(reference));
                 VisitResult {
                     verdict: Verdict::Quiet,
                     reason: "taught".to_owned(),

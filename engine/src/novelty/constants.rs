@@ -1,0 +1,42 @@
+//! Constants of the reference's mixture: unit and origin of each.
+
+/// Mahalanobis distance up to which a component predicts a cell: 5 standard deviations of its noise and thickness, as for
+/// every other statement about one beam (`docs/novelty.md section 5`).
+pub(super) const PREDICTED_SIGMAS: f64 = 5.0;
+
+/// Share of a component's own standard deviations that [`PREDICTED_SIGMAS`] multiplies: it predicts up to 2.5 of them. The
+/// corner of a uniform plate is sqrt(6) from its middle.
+pub(super) const OWN_SIGMA_SHARE: f64 = 2.5 / PREDICTED_SIGMAS;
+
+/// Share of the plate that a component spans which its surface covers at least. EM leaves components of a few far cells,
+/// which span a room and cover a thousandth of it; parts of walls cover about all of theirs, racks and plants a third.
+pub(super) const MIN_COVERAGE: f64 = 0.1;
+
+/// In each round that adds components to a reference's mixture, parts of this many cells or fewer are not split. The first
+/// is that of `SPLIT_MIN_POINTS`; a component of one cell predicts it.
+pub(super) const PREDICTION_MIN_POINTS: [usize; 4] = [10, 5, 3, 1];
+
+/// A direction without a return belongs to the component of the nearest beam that came back within this many row spacings:
+/// the hole of `docs/novelty.md section 5`.
+pub(super) const LOST_RAY_SPACINGS: f64 = 1.2;
+
+/// Beams from which the noise of a component is measured, at least; with fewer, the law of the view holds. The deviation of
+/// 8 samples is known to a quarter.
+pub(super) const MIN_NOISE_SAMPLES: f64 = 8.0;
+
+/// A component of a stored mixture is not in its view if the view gives it less than this share of its weight. A mixture
+/// that was fitted to the view has a share of 1 but for the last step of EM; one half is a doubled weight.
+pub(super) const MIN_VIEW_SHARE: f64 = 0.25;
+
+/// A weight is stated against the view if it differs by more standard deviations of sampling than this: the limit of
+/// `weight_sigmas` for two samples.
+pub(super) const STATED_SIGMAS: f64 = 5.0;
+
+/// Points that stand for a component without beams in the view: at least, and at most.
+pub(super) const SAMPLE_BOUNDS: [f64; 2] = [16.0, 4096.0];
+
+/// Largest share of a component's variance that a part taken out of it may claim, so that the rest keeps a volume.
+pub(super) const MAX_SPLIT_SHARE: f64 = 0.98;
+
+/// Version of the fit of a reference's mixture. It is raised with every change that gives another mixture for the same view.
+pub(super) const REFERENCE_MODEL_VERSION: u32 = 1;
