@@ -136,7 +136,7 @@ pub struct MixtureConfig {
 /// `[novelty]`
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoveltyConfig {
-    /// `standard` or `paper`.
+    /// Which engine.
     pub engine: Engine,
     /// U_th (paper Eq. 7), metres.
     pub u_th_m: f64,

@@ -16,6 +16,10 @@ pub(super) const MIN_COVERAGE: f64 = 0.1;
 /// is that of `SPLIT_MIN_POINTS`; a component of one cell predicts it.
 pub(super) const PREDICTION_MIN_POINTS: [usize; 4] = [10, 5, 3, 1];
 
+/// Rounds in which single cells get components of their own; the second is needed where the first takes weight from a
+/// component at the limit of [`MIN_COVERAGE`].
+pub(super) const SINGLE_CELL_ROUNDS: usize = 8;
+
 /// A direction without a return belongs to the component of the nearest beam that came back within this many row spacings:
 /// the hole of `docs/novelty.md section 5`.
 pub(super) const LOST_RAY_SPACINGS: f64 = 1.2;

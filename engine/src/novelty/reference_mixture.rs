@@ -1,7 +1,9 @@
 //! The mixture that stands for a reference (Gamma of paper Eq. 6), and how it is fitted (`docs/novelty.md section 3`).
 
 use super::common_surface::{WeightedCells, shared_areas};
-use super::constants::{LOST_RAY_SPACINGS, MIN_COVERAGE, MIN_NOISE_SAMPLES, PREDICTION_MIN_POINTS};
+use super::constants::{
+    LOST_RAY_SPACINGS, MIN_COVERAGE, MIN_NOISE_SAMPLES, PREDICTION_MIN_POINTS, SINGLE_CELL_ROUNDS,
+};
 use super::noise::STEEP_COS;
 use super::prediction::{coverage, unpredicted};
 use super::{NoveltyError, NoveltySettings, PreparedView, RevisitModel};
@@ -123,8 +125,15 @@ fn fit_until_predicted(
             break;
         }
     }
-    let missing = unpredicted(&mixture, points, area_m2, prepared)?;
-    with_single_cells(mixture, &missing, points, areas_m2)
+    // More weights make every other one less, which may take a cell out of what is predicted.
+    for _ in 0..SINGLE_CELL_ROUNDS {
+        let missing = unpredicted(&mixture, points, area_m2, prepared)?;
+        if missing.is_empty() {
+            break;
+        }
+        mixture = with_single_cells(mixture, &missing, points, areas_m2)?;
+    }
+    Ok(mixture)
 }
 
 /// Adds a component for each of the cells `missing`.

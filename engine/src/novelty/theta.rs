@@ -25,8 +25,8 @@ pub(super) struct ThetaFit {
     pub segment_masses: [Vec<f64>; 2],
 }
 
-/// Fits Theta to the current view, starting from the mixture of `reference`, over what both views could see. The views' segments are the beams
-/// that Gamma does not explain (current), and those of Gamma that are gone (reference).
+/// Fits Theta to the current view, starting from the mixture of `reference`, over what both views could see. The views'
+/// segments are the beams that Gamma does not explain (current), and those of Gamma that are gone (reference).
 ///
 /// # Errors
 /// Mixtures that cannot be fitted.

@@ -96,7 +96,7 @@ pub struct InspectionReport {
 }
 
 impl InspectionReport {
-    /// The report of `inspection`; `points` are those of reference and revisit, `engine` is `standard` or `paper`.
+    /// The report of `inspection`; `points` are those of reference and revisit, `engine` is its name.
     pub fn new(inspection: &Inspection, points: [usize; 2], engine: &str, seed: u64) -> Self {
         let detection = &inspection.detection;
         let [reference, current] = [0, 1].map(|side| ViewCounts {

@@ -17,7 +17,7 @@ use serde::Serialize;
 pub struct RateRow {
     /// `tuned`, `held_out_places` or `held_out_sensor`.
     pub set: &'static str,
-    /// `standard` or `paper`.
+    /// Name of the engine.
     pub engine: &'static str,
     /// What the engine got: points alone (`bare`) or a whole sweep (`sweep`).
     pub view: &'static str,

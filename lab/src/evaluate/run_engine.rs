@@ -58,7 +58,7 @@ impl KeptReference {
     fn prepare(self, view: &View, settings: &NoveltySettings) -> Result<Reference, NoveltyError> {
         let fitted = Reference::prepare(view, settings, ENGINE_SEED)?;
         match self {
-            Self::View => Ok(fitted),
+            Self::View => Reference::from_stored(view, fitted.gamma, settings),
             Self::Mixture => Reference::from_mixture_alone(view, fitted.gamma, settings),
         }
     }
