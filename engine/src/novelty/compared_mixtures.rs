@@ -59,10 +59,8 @@ impl ComparedMixtures {
         compared
     }
 
-    /// Adds a component; returns its index.
-    pub(super) fn push(&mut self, gaussian: Gaussian, masses: [f64; 2]) -> usize {
+    pub(super) fn push(&mut self, gaussian: Gaussian, masses: [f64; 2]) {
         self.components.push(ComparedComponent { gaussian, masses });
-        self.components.len() - 1
     }
 
     /// Indices of the components of `side` (0 Gamma, 1 Theta) with mass.

@@ -20,10 +20,6 @@ pub(super) const PREDICTION_MIN_POINTS: [usize; 4] = [10, 5, 3, 1];
 /// component at the limit of [`MIN_COVERAGE`].
 pub(super) const SINGLE_CELL_ROUNDS: usize = 8;
 
-/// A direction without a return belongs to the component of the nearest beam that came back within this many row spacings:
-/// the hole of `docs/novelty.md section 5`.
-pub(super) const LOST_RAY_SPACINGS: f64 = 1.2;
-
 /// Beams from which the noise of a component is measured, at least; with fewer, the law of the view holds. The deviation of
 /// 8 samples is known to a quarter.
 pub(super) const MIN_NOISE_SAMPLES: f64 = 8.0;
@@ -31,10 +27,6 @@ pub(super) const MIN_NOISE_SAMPLES: f64 = 8.0;
 /// A component of a stored mixture is not in its view if the view gives it less than this share of its weight. A mixture
 /// that was fitted to the view has a share of 1 but for the last step of EM; one half is a doubled weight.
 pub(super) const MIN_VIEW_SHARE: f64 = 0.25;
-
-/// A weight is stated against the view if it differs by more standard deviations of sampling than this: the limit of
-/// `weight_sigmas` for two samples.
-pub(super) const STATED_SIGMAS: f64 = 5.0;
 
 /// Points that stand for a component without beams in the view: at least, and at most.
 pub(super) const SAMPLE_BOUNDS: [f64; 2] = [16.0, 4096.0];

@@ -106,36 +106,30 @@ pub fn detect(
         VisibleSurface::new(&pair.compared_view(side, &visibilities[side], &indices[side]))
     });
     let quantify = &settings.quantify;
-    let (compared, found, owners, masses) = match settings.model {
+    let removed = |compared: &ComparedMixtures| {
+        let (ground, extent) = (quantify.ground, settings.removal_extent);
+        segment_changes(compared, settings.u_th(), ground, extent)
+    };
+    let (compared, found, owners) = match settings.model {
         RevisitModel::Refit => {
             let views =
                 [0, 1].map(|side| pair.compared_view(side, &visibilities[side], &indices[side]));
             let theta = fit_theta(reference, &views, &surfaces, quantify)?;
-            let found = segment_changes(
-                &theta.compared,
-                settings.u_th(),
-                quantify.ground,
-                settings.removal_extent,
-            )?;
-            (theta.compared, found, theta.owners, theta.segment_masses)
+            let found = removed(&theta.compared)?;
+            (theta.compared, found, theta.owners)
         }
         RevisitModel::Independent { .. } => {
             let theta = fit_view(&current_view, settings, seed)?;
             let compared = compare_alone(gamma, theta, &pair, &evidence)?;
-            let found = segment_changes(
-                &compared,
-                settings.u_th(),
-                quantify.ground,
-                settings.removal_extent,
-            )?;
+            let found = removed(&compared)?;
             let owners;
             (segments, owners) =
                 segments_of_pi(&compared, &found, &pair, &evidence, &settings.segment);
             indices = segments.each_ref().map(|s| point_indices(s));
-            let masses = segment_masses(&compared, &owners, &segments);
-            (compared, found, owners, masses)
+            (compared, found, owners)
         }
     };
+    let masses = segment_masses(&compared, &owners, &segments);
     let surface_m2 = surfaces[0].total_m2().max(surfaces[1].total_m2());
     let mut change = QuantifiedChange {
         d: found.d,

@@ -8,7 +8,6 @@ use super::view_pair::ViewPair;
 use super::{
     Evidence, EvidenceSettings, NoveltyError, NoveltySettings, QuantifySettings, Visibility,
 };
-use crate::geometry::FieldOfViewBounds;
 use crate::mixture::Mixture;
 use nalgebra::Point3;
 
@@ -24,11 +23,12 @@ pub(super) fn evidence_from_mixture(
     let [reference, current] = pair.views;
     let max_range_m = settings.max_range_m.unwrap_or(f64::INFINITY);
     let in_view = [0, 1].map(|side| points_in_view(pair, side, &settings.evidence));
+    // Gamma predicts cells, so cells are asked: single beams of a cell scatter.
     let positions: Vec<Point3<f64>> = current
-        .view
-        .points
+        .surfaces
+        .patches
         .iter()
-        .map(|p| pair.reference_from(1).apply(p))
+        .map(|patch| pair.reference_from(1).apply(&patch.mean))
         .collect();
     let origin = &reference.view.origin;
     let area_m2 = reference.area_within_m2(max_range_m);
@@ -43,10 +43,12 @@ pub(super) fn evidence_from_mixture(
             .hypot(current.noise.sigma_m(range_m));
         both.max(between).powi(2) + pair.registration.covariance_at(mean).trace().max(0.0) / 3.0
     })?;
-    let of_current = sigmas
-        .into_iter()
+    let of_current = current
+        .surfaces
+        .patch_of_point
+        .iter()
         .zip(&in_view[1])
-        .map(|(z, in_view)| deviation(z, *in_view, &settings.evidence))
+        .map(|(cell, in_view)| deviation(sigmas[*cell as usize], *in_view, &settings.evidence))
         .collect();
 
     let weightless = weightless_components(gamma, pair, &in_view, &settings.quantify)?;
@@ -73,23 +75,13 @@ fn deviation(z: f64, in_view: bool, settings: &EvidenceSettings) -> Evidence {
     if !in_view {
         return Evidence::none(Visibility::OutOfView);
     }
-    let z = z.min(settings.max_sigmas);
-    Evidence {
-        visibility: if z > 5.0 {
-            Visibility::FreeSpace
-        } else {
-            Visibility::OnSurface
-        },
-        z,
-        z_loose: z,
-        no_return: false,
-    }
+    Evidence::from_deviation(z.min(settings.max_sigmas))
 }
 
 /// Which points of view `side` lie surely in the field of view of the other.
 fn points_in_view(pair: &ViewPair<'_>, side: usize, settings: &EvidenceSettings) -> Vec<bool> {
     let observer = pair.observer_of(side);
-    let field: &FieldOfViewBounds = &observer.view.rays.field_of_view;
+    let field = &observer.view.rays.field_of_view;
     let points = &pair.views[side].view.points;
     points
         .iter()

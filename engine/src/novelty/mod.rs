@@ -8,6 +8,7 @@ mod compared_view;
 mod constants;
 mod detect;
 mod error;
+mod evidence;
 mod listing;
 mod mixture_evidence;
 mod model;
@@ -35,6 +36,7 @@ pub use algorithm1::{ChangeSegmentation, Removal, RemovalExtent, segment_changes
 pub use compared_mixtures::{ComparedComponent, ComparedFlow, ComparedMixtures};
 pub use detect::{Detection, DetectionStage, detect};
 pub use error::NoveltyError;
+pub use evidence::{Evidence, Visibility};
 use model::SegmentId;
 pub use model::{Novelty, NoveltyKind, Segment, Surroundings, Verdict};
 use observer::ObserverView;
@@ -46,4 +48,3 @@ pub use settings::{
     EvidenceSettings, EvidenceSource, NoveltySettings, QuantifySettings, RevisitModel,
     SegmentSettings, VerdictSettings,
 };
-pub use visibility::{Evidence, Visibility};

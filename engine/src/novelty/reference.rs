@@ -50,8 +50,7 @@ impl Reference {
         if !settings.model.is_refit() {
             return Ok(Self::new(prepared, gamma, [0; 2]));
         }
-        let max_range_m = settings.max_range_m.unwrap_or(f64::INFINITY);
-        let found = Contradictions::find(&prepared, &gamma, max_range_m)?;
+        let found = Contradictions::find(&prepared, &gamma, settings)?;
         let stated_weights = found.stated_weights.clone();
         if found.is_empty() {
             return Ok(Self {

@@ -2,7 +2,7 @@
 
 use super::common_surface::{WeightedCells, shared_areas};
 use super::constants::{
-    LOST_RAY_SPACINGS, MIN_COVERAGE, MIN_NOISE_SAMPLES, PREDICTION_MIN_POINTS, SINGLE_CELL_ROUNDS,
+    MIN_COVERAGE, MIN_NOISE_SAMPLES, PREDICTION_MIN_POINTS, SINGLE_CELL_ROUNDS,
 };
 use super::noise::STEEP_COS;
 use super::prediction::{coverage, unpredicted};
@@ -45,7 +45,7 @@ impl ReferenceMixture {
     ) -> Result<Self, NoveltyError> {
         let mixture = fit_view(prepared, settings, seed)?;
         Ok(Self {
-            beams: component_beams(prepared, &mixture)?,
+            beams: component_beams(prepared, &mixture, settings)?,
             mixture,
         })
     }
@@ -177,6 +177,7 @@ fn covering(mixture: Mixture, area_m2: f64) -> Result<Mixture, NoveltyError> {
 fn component_beams(
     prepared: &PreparedView,
     mixture: &Mixture,
+    settings: &NoveltySettings,
 ) -> Result<Vec<ComponentBeams>, NoveltyError> {
     let surfaces = &prepared.surfaces;
     let origin = &prepared.view.origin;
@@ -192,7 +193,7 @@ fn component_beams(
             squares[*cell as usize] += (patch.height_m(p) / incidence_cos).powi(2);
         }
     }
-    let within_rad = LOST_RAY_SPACINGS * prepared.rays.spacing_rad;
+    let within_rad = settings.evidence.hole_spacings * prepared.rays.spacing_rad;
     for direction in &prepared.view.no_return {
         if let Some(ray) = prepared.rays.nearest_return(direction, within_rad) {
             lost[surfaces.patch_of_point[ray] as usize] += 1.0;

@@ -2,9 +2,9 @@
 //! direction was seen (`docs/novelty.md section 3`).
 
 use super::common_surface::{WeightedCells, shared_areas};
-use super::constants::{MIN_VIEW_SHARE, SAMPLE_BOUNDS, STATED_SIGMAS};
+use super::constants::{MIN_VIEW_SHARE, SAMPLE_BOUNDS};
 use super::prediction::{predicted_area_m2, unpredicted};
-use super::{NoveltyError, PreparedView, ReferenceMixture};
+use super::{NoveltyError, NoveltySettings, PreparedView, ReferenceMixture};
 use crate::geometry::View;
 use crate::mixture::Gaussian;
 use crate::mixture::linalg::Eigen;
@@ -28,9 +28,10 @@ impl Contradictions {
     pub(super) fn find(
         prepared: &PreparedView,
         gamma: &ReferenceMixture,
-        max_range_m: f64,
+        settings: &NoveltySettings,
     ) -> Result<Self, NoveltyError> {
         let surfaces = &prepared.surfaces;
+        let max_range_m = settings.max_range_m.unwrap_or(f64::INFINITY);
         let (cells, means): (Vec<usize>, Vec<Point3<f64>>) = prepared
             .cells_within(max_range_m)
             .map(|(cell, patch)| (cell, patch.mean))
@@ -50,7 +51,7 @@ impl Contradictions {
                 .filter(|i| unknown[surfaces.patch_of_point[*i] as usize])
                 .collect(),
             unseen_components: (0..gamma.mixture.len()).filter(unseen).collect(),
-            stated_weights: stated_weights(prepared, gamma, max_range_m)?,
+            stated_weights: stated_weights(prepared, gamma, settings)?,
         })
     }
 
@@ -89,12 +90,15 @@ impl Contradictions {
     }
 }
 
-/// Which weights differ from the view by more than [`STATED_SIGMAS`] standard deviations of as many samples as there are cells.
+/// Which weights differ from the view by more than `weight_sigmas` standard deviations of as many samples as there are
+/// cells.
 fn stated_weights(
     prepared: &PreparedView,
     gamma: &ReferenceMixture,
-    max_range_m: f64,
+    settings: &NoveltySettings,
 ) -> Result<Vec<bool>, NoveltyError> {
+    let max_range_m = settings.max_range_m.unwrap_or(f64::INFINITY);
+    let limit = settings.quantify.weight_sigmas.powi(2);
     let mut cells = WeightedCells::default();
     for (_, patch) in prepared.cells_within(max_range_m) {
         cells.push(patch.mean, patch.area_m2);
@@ -106,7 +110,7 @@ fn stated_weights(
     Ok(stated
         .map(|(weight, area_m2)| {
             let shown = area_m2 / total_m2;
-            (weight - shown).powi(2) * samples > STATED_SIGMAS.powi(2) * shown.max(1.0 / samples)
+            (weight - shown).powi(2) * samples > limit * shown.max(1.0 / samples)
         })
         .collect())
 }

@@ -21,8 +21,6 @@ pub(super) struct ThetaFit {
     pub compared: ComparedMixtures,
     /// Per component: side and index of its segment.
     pub owners: Vec<Option<SegmentId>>,
-    /// Mass of each segment: reference, current.
-    pub segment_masses: [Vec<f64>; 2],
 }
 
 /// Fits Theta to the current view, starting from the mixture of `reference`, over what both views could see. The views'
@@ -89,10 +87,6 @@ pub(super) fn fit_theta(
     let mut fit = ThetaFit {
         compared: ComparedMixtures::default(),
         owners: Vec::new(),
-        segment_masses: [
-            vec![0.0; views[0].segments.len()],
-            vec![0.0; views[1].segments.len()],
-        ],
     };
     if background_mass <= 0.0 {
         return Ok(fit);
@@ -131,7 +125,6 @@ pub(super) fn fit_theta(
             };
             rest_mass -= part.mass;
             rest = left;
-            fit.segment_masses[0][part.segment] += mass;
             fit.add(taken, [mass, 0.0], Some((0, part.segment)));
         }
         if let Some(rest) = rest {
@@ -141,7 +134,6 @@ pub(super) fn fit_theta(
     for (index, points) in views[1].segments.iter().enumerate() {
         let mass = surfaces[1].segments_m2[index] / surfaces[1].total_m2();
         let own = segment_mixture(&views[1], points)?;
-        fit.segment_masses[1][index] = mass;
         for (g, w) in own.components.iter().zip(&own.weights) {
             fit.add(*g, [0.0, mass * w], Some((1, index)));
         }

@@ -4,7 +4,7 @@
 //! no surface that the other view saw runs through it.
 
 use super::noise::CrossViewNoise;
-use super::{EvidenceSettings, PreparedView};
+use super::{Evidence, EvidenceSettings, PreparedView, Visibility};
 use crate::geometry::{DriftTransform, FieldOfViewBounds, Registration, SurfacePatch};
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
@@ -13,46 +13,6 @@ use rayon::prelude::*;
 const NO_DEVIATION_SIGMAS: f64 = 2.4;
 
 const MIN_POINTS_PER_TASK: usize = 1024;
-
-/// How the other view saw the position of a point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Visibility {
-    /// Outside its field of view, or in a gap that proves nothing.
-    OutOfView,
-    /// Behind a surface.
-    Occluded,
-    /// On a surface.
-    OnSurface,
-    /// Its rays passed through.
-    FreeSpace,
-    /// Beyond the range limit: neither novelty nor mass.
-    OutOfRange,
-}
-
-/// A point's deviation from the other view.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Evidence {
-    /// How the other view saw it.
-    pub visibility: Visibility,
-    /// Deviation in sigmas, the least of all rays around; 0 if not in free space.
-    pub z: f64,
-    /// Deviation in sigmas by the nearest ray alone, for growth and undersampled objects.
-    pub z_loose: f64,
-    /// Whether the other view got no return from there.
-    pub no_return: bool,
-}
-
-impl Evidence {
-    /// No deviation.
-    pub(super) fn none(visibility: Visibility) -> Self {
-        Self {
-            visibility,
-            z: 0.0,
-            z_loose: 0.0,
-            no_return: false,
-        }
-    }
-}
 
 /// Evaluates one view's points by another's rays.
 pub(super) struct VisibilityTest<'a> {
@@ -153,14 +113,9 @@ impl VisibilityTest<'_> {
         let z_surface = self.off_surface(&p, &d, &uncertainty);
         let max_sigmas = self.settings.max_sigmas;
         Evidence {
-            visibility: if z.min(z_surface) > 5.0 {
-                Visibility::FreeSpace
-            } else {
-                Visibility::OnSurface
-            },
-            z: z.min(z_surface).clamp(0.0, max_sigmas),
             z_loose: z_nearest.min(z_surface).clamp(0.0, max_sigmas),
             no_return: self.other.is_without_return(nearest),
+            ..Evidence::from_deviation(z.min(z_surface).clamp(0.0, max_sigmas))
         }
     }
 
@@ -217,14 +172,8 @@ impl VisibilityTest<'_> {
             .off_surface(p, d, &self.uncertainty(own, noise_m))
             .min(self.settings.max_sigmas);
         Evidence {
-            visibility: if z > 5.0 {
-                Visibility::FreeSpace
-            } else {
-                Visibility::OnSurface
-            },
-            z,
-            z_loose: z,
             no_return: true,
+            ..Evidence::from_deviation(z)
         }
     }
 

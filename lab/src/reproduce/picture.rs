@@ -3,7 +3,6 @@
 use super::scene_pair::ScenePair;
 use crate::constants::ENGINE_SEED;
 use nalgebra::Point3;
-use patrold_engine::geometry::Pose;
 use patrold_engine::inspect::{EngineSettings, inspect, prepare};
 use patrold_engine::mixture::Gaussian;
 use patrold_engine::novelty::{Novelty, NoveltyError, NoveltyKind};
@@ -70,7 +69,10 @@ pub fn scene_picture(scene: &ScenePair) -> Result<ScenePicture, NoveltyError> {
     Ok(ScenePicture {
         name: scene.name.clone(),
         before: scene.reference.points.clone(),
-        kept_gaussians: before_gaussians.iter().map(|g| moved(g, pose)).collect(),
+        kept_gaussians: before_gaussians
+            .iter()
+            .map(|g| g.transformed(pose))
+            .collect(),
         before_gaussians,
         unchanged: labelled
             .filter(|(_, new)| !**new)
@@ -101,14 +103,6 @@ fn appeared(
         },
         euclidean: retrieval.and_then(|r| r.ransac.clone()),
         feature: retrieval.and_then(|r| r.covariance.clone()),
-    }
-}
-
-fn moved(gaussian: &Gaussian, pose: &Pose) -> Gaussian {
-    let rotation = pose.rotation.to_rotation_matrix();
-    Gaussian {
-        mean: pose * gaussian.mean,
-        covariance: rotation * gaussian.covariance * rotation.transpose(),
     }
 }
 
