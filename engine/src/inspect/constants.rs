@@ -9,6 +9,6 @@ pub(super) const SWEEP_INDEPENDENT_SHARE: f64 = 1.0 / (1.0 + 2.0 * (0.48 + 0.28 
 pub(super) const PAPER_MAX_COMPONENTS: usize = 30;
 
 /// d_GMM from which the engines `paper` and `paper-independent` find a change, metres. No one value suits all places:
-/// 28 of 48 quiet pairs of `paper` stay below this one (`patrold evaluate --seed 4 --pairs 36 --engine paper --view bare`);
+/// 29 of 48 quiet pairs of `paper` stay below this one (`patrold evaluate --seed 4 --pairs 36 --engine paper --view bare`);
 /// `--u-th quiet` takes the threshold of each place from quiet visits.
 pub(super) const PAPER_U_TH_M: f64 = 0.01;
