@@ -78,27 +78,6 @@ fn reach(g: &Gaussian, flat_m2: f64, noise_m2: f64) -> Gaussian {
     }
 }
 
-/// Surface of the cells of `prepared` that `g` predicts, square metres.
-pub(super) fn predicted_area_m2(g: &Gaussian, prepared: &PreparedView) -> f64 {
-    let flat_m2 = prepared.split_settings().flat_sigma_m.powi(2);
-    let range_m = (g.mean - prepared.view.origin).norm();
-    let reach = reach(g, flat_m2, prepared.noise.sigma_m(range_m).powi(2));
-    let Some(inverse) = reach.covariance.try_inverse() else {
-        return 0.0;
-    };
-    let radius_m = PREDICTED_SIGMAS * Eigen::new(&reach.covariance).values[2].max(0.0).sqrt();
-    let surfaces = &prepared.surfaces;
-    let mut area_m2 = 0.0;
-    surfaces.grid.for_each_within(&g.mean, radius_m, |cell, _| {
-        let patch = &surfaces.patches[cell];
-        let off = patch.mean - g.mean;
-        if off.dot(&(inverse * off)) <= PREDICTED_SIGMAS.powi(2) {
-            area_m2 += patch.area_m2;
-        }
-    });
-    area_m2
-}
-
 /// The surface of a component over the plate that it spans. A flat part of a wall has about 1.
 pub(super) fn coverage(g: &Gaussian, area_m2: f64) -> f64 {
     let axes = Eigen::new(&g.covariance);

@@ -3,7 +3,7 @@
 
 use super::common_surface::{WeightedCells, shared_areas};
 use super::constants::{MIN_VIEW_SHARE, SAMPLE_BOUNDS};
-use super::prediction::{predicted_area_m2, unpredicted};
+use super::prediction::unpredicted;
 use super::{NoveltyError, NoveltySettings, PreparedView, ReferenceMixture};
 use crate::geometry::View;
 use crate::mixture::Gaussian;
@@ -16,7 +16,8 @@ pub(super) struct Contradictions {
     pub unknown_points: Vec<usize>,
     /// Components of which the view has no surface.
     pub unseen_components: Vec<usize>,
-    /// Of each component, whether its weight is another than that of the surface that the view shows of it.
+    /// Of each component, whether its weight differs from that of the surface that the view shows of it by more than
+    /// `weight_sigmas` standard deviations of as many samples as there are cells.
     pub stated_weights: Vec<bool>,
 }
 
@@ -41,17 +42,24 @@ impl Contradictions {
         for i in unpredicted(&gamma.mixture, &means, area_m2, prepared)? {
             unknown[cells[i]] = true;
         }
-        let unseen = |k: &usize| {
-            let stated_m2 = gamma.mixture.weights[*k] * area_m2;
-            let shown_m2 = predicted_area_m2(&gamma.mixture.components[*k], prepared);
-            shown_m2 < MIN_VIEW_SHARE * stated_m2
-        };
+        let shown = shown_weights(prepared, gamma, max_range_m)?;
+        let stated = &gamma.mixture.weights;
+        let limit = settings.quantify.weight_sigmas.powi(2);
+        let samples = shown.samples;
         Ok(Self {
             unknown_points: (0..prepared.view.points.len())
                 .filter(|i| unknown[surfaces.patch_of_point[*i] as usize])
                 .collect(),
-            unseen_components: (0..gamma.mixture.len()).filter(unseen).collect(),
-            stated_weights: stated_weights(prepared, gamma, settings)?,
+            unseen_components: (0..stated.len())
+                .filter(|k| shown.weights[*k] < MIN_VIEW_SHARE * stated[*k])
+                .collect(),
+            stated_weights: stated
+                .iter()
+                .zip(&shown.weights)
+                .map(|(stated, shown)| {
+                    (stated - shown).powi(2) * samples > limit * shown.max(1.0 / samples)
+                })
+                .collect(),
         })
     }
 
@@ -90,15 +98,18 @@ impl Contradictions {
     }
 }
 
-/// Which weights differ from the view by more than `weight_sigmas` standard deviations of as many samples as there are
-/// cells.
-fn stated_weights(
+/// The weights that a view gives to the components of its mixture.
+struct ShownWeights {
+    weights: Vec<f64>,
+    /// As many equal samples they are worth: the cells.
+    samples: f64,
+}
+
+fn shown_weights(
     prepared: &PreparedView,
     gamma: &ReferenceMixture,
-    settings: &NoveltySettings,
-) -> Result<Vec<bool>, NoveltyError> {
-    let max_range_m = settings.max_range_m.unwrap_or(f64::INFINITY);
-    let limit = settings.quantify.weight_sigmas.powi(2);
+    max_range_m: f64,
+) -> Result<ShownWeights, NoveltyError> {
     let mut cells = WeightedCells::default();
     for (_, patch) in prepared.cells_within(max_range_m) {
         cells.push(patch.mean, patch.area_m2);
@@ -106,13 +117,13 @@ fn stated_weights(
     let samples = cells.points.len() as f64;
     let shown_m2 = shared_areas(&gamma.mixture, &cells)?;
     let total_m2: f64 = shown_m2.iter().sum();
-    let stated = gamma.mixture.weights.iter().zip(shown_m2);
-    Ok(stated
-        .map(|(weight, area_m2)| {
-            let shown = area_m2 / total_m2;
-            (weight - shown).powi(2) * samples > limit * shown.max(1.0 / samples)
-        })
-        .collect())
+    Ok(ShownWeights {
+        weights: shown_m2
+            .into_iter()
+            .map(|area_m2| area_m2 / total_m2)
+            .collect(),
+        samples,
+    })
 }
 
 /// The view that a mixture stands for where no view was kept: points on every component, as many as it had beams. `frame` says
