@@ -24,7 +24,7 @@ pub use drift::RangeDrift;
 pub(crate) use field_of_view::FieldOfViewBounds;
 pub use mount::Mount;
 pub(crate) use plane_index::PlaneIndex;
-pub(crate) use point_grid::PointGrid;
+pub use point_grid::PointGrid;
 pub use pose::{Pose, RollPitchYaw};
 pub use ray_index::RayIndex;
 pub(crate) use rays::RaySet;

@@ -17,7 +17,7 @@ const MAX_LINEAR_SEARCH: usize = 12;
 /// Points sorted into cubic cells, cells into columns along z. A search visits a few columns and reads the points of each
 /// in one run. Indices that come back are those of the slice it was built from.
 #[derive(Debug, Clone)]
-pub(crate) struct PointGrid {
+pub struct PointGrid {
     cell: f64,
     inverse: f64,
     /// Column, its first cell, end of its cells; open addressing.
@@ -32,7 +32,7 @@ pub(crate) struct PointGrid {
 impl PointGrid {
     /// Sorts finite `points` into cells of edge `cell` (same unit as the points, positive). Searches
     /// are cheapest with radii of about one cell.
-    pub(crate) fn new(points: &[Point3<f64>], cell: f64) -> Self {
+    pub fn new(points: &[Point3<f64>], cell: f64) -> Self {
         let cell = if cell.is_finite() && cell > 0.0 {
             cell
         } else {
@@ -90,7 +90,7 @@ impl PointGrid {
     /// Calls `visit(index, squared distance)` for every point within `radius` of `centre`, in an
     /// order that depends on the points only.
     #[inline]
-    pub(crate) fn for_each_within(
+    pub fn for_each_within(
         &self,
         centre: &Point3<f64>,
         radius: f64,
@@ -113,7 +113,7 @@ impl PointGrid {
     }
 
     /// The nearest point within `radius` and its squared distance; of equals, the one with the lowest index.
-    pub(crate) fn nearest(&self, centre: &Point3<f64>, radius: f64) -> Option<(usize, f64)> {
+    pub fn nearest(&self, centre: &Point3<f64>, radius: f64) -> Option<(usize, f64)> {
         let mut best: Option<(usize, f64)> = None;
         let mut reach = self.cell.min(radius);
         loop {

@@ -4,9 +4,9 @@
 /// every other statement about one beam (`docs/novelty.md section 5`).
 pub(super) const PREDICTED_SIGMAS: f64 = 5.0;
 
-/// Share of a component's own standard deviations that [`PREDICTED_SIGMAS`] multiplies: it predicts up to 2.5 of them. The
-/// corner of a uniform plate is sqrt(6) from its middle.
-pub(super) const OWN_SIGMA_SHARE: f64 = 2.5 / PREDICTED_SIGMAS;
+/// A component predicts up to this many of its own standard deviations, besides those of the noise. The corner of a uniform
+/// plate is sqrt(6) from its middle.
+pub(super) const OWN_SIGMAS: f64 = 2.5;
 
 /// Share of the plate that a component spans which its surface covers at least. EM leaves components of a few far cells,
 /// which span a room and cover a thousandth of it; parts of walls cover about all of theirs, racks and plants a third.

@@ -87,8 +87,10 @@ pub fn detect(
     observer(DetectionStage::Segment);
     let gamma = &reference.gamma.mixture;
     let evidence = match settings.evidence_source {
-        EvidenceSource::Rays => pair.evaluate_evidence(settings),
-        EvidenceSource::Mixture => evidence_from_mixture(gamma, &pair, settings)?,
+        EvidenceSource::Rays if reference.has_rays => pair.evaluate_evidence(settings),
+        EvidenceSource::Rays | EvidenceSource::Mixture => {
+            evidence_from_mixture(gamma, &pair, settings)?
+        }
     };
     let observers = [pair.observer_of(0), pair.observer_of(1)];
     let visibilities = evidence.each_ref().map(|e| visibilities(e));

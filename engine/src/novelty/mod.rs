@@ -16,6 +16,7 @@ mod moved;
 mod noise;
 mod observer;
 mod outline;
+mod plates;
 mod prediction;
 mod prepared;
 mod quantified_change;

@@ -93,6 +93,13 @@ impl PreparedView {
         self.rays.range_m(ray).is_infinite() && ray < self.first_denied_ray
     }
 
+    /// Range up to which a direction without return proves free space, metres.
+    pub(super) fn free_m(&self, settings: &EvidenceSettings) -> f64 {
+        let rays = &self.rays;
+        rays.free_range_m
+            .max(settings.no_return_reach_share * rays.reach_m)
+    }
+
     /// Its visible surface up to this range, square metres.
     pub(super) fn area_within_m2(&self, max_range_m: f64) -> f64 {
         let cells = self.cells_within(max_range_m);

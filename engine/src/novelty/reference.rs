@@ -18,6 +18,8 @@ pub struct Reference {
     pub contradictions: [usize; 2],
     /// Components whose weight differs from the surface that the view shows of them.
     pub(super) stated_weights: Vec<bool>,
+    /// Whether the view's rays were looked along; those to samples of a mixture were not.
+    pub(super) has_rays: bool,
 }
 
 impl Reference {
@@ -68,8 +70,9 @@ impl Reference {
         })
     }
 
-    /// Prepares a mixture without a view: points on its components stand for the beams. `frame` says where the sensor was and
-    /// what its ranges were like; its points are not read.
+    /// Prepares a mixture without a view: points on its components stand for the beams, and evidence comes from the mixture
+    /// (`docs/novelty.md section 10`). `frame` says where the sensor was and what its ranges were like; its points are not
+    /// read.
     ///
     /// # Errors
     /// A mixture without components.
@@ -82,12 +85,16 @@ impl Reference {
         let view = view_of_mixture(frame, &gamma);
         let prepared = PreparedView::new(&view, "reference", &settings.evidence)?;
         let unseen = gamma.mixture.len();
-        Ok(Self::new(prepared, gamma, [0, unseen]))
+        Ok(Self {
+            has_rays: false,
+            ..Self::new(prepared, gamma, [0, unseen])
+        })
     }
 
     fn new(prepared: PreparedView, gamma: ReferenceMixture, contradictions: [usize; 2]) -> Self {
         Self {
             stated_weights: vec![false; gamma.mixture.len()],
+            has_rays: true,
             planes: PlaneIndex::new(&prepared.surfaces),
             prepared,
             gamma,

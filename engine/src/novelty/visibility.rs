@@ -162,9 +162,10 @@ impl VisibilityTest<'_> {
         own: &Point3<f64>,
     ) -> Evidence {
         let rays = &self.other.rays;
-        let observed =
-            (range_m <= self.free_m() && rays.field_of_view.within_bounds(d) && rays.surrounds(d))
-                || self.is_inside_field(d, range_m);
+        let observed = (range_m <= self.other.free_m(self.settings)
+            && rays.field_of_view.within_bounds(d)
+            && rays.surrounds(d))
+            || self.is_inside_field(d, range_m);
         if !observed {
             return Evidence::none(Visibility::OutOfView);
         }
@@ -182,7 +183,7 @@ impl VisibilityTest<'_> {
         let rays = &self.other.rays;
         let margin_rad = self.settings.field_margin_spacings * rays.spacing_rad
             + self.settings.origin_error_m / range_m;
-        range_m <= self.free_m()
+        range_m <= self.other.free_m(self.settings)
             && self
                 .field_of_view
                 .as_ref()
@@ -195,15 +196,8 @@ impl VisibilityTest<'_> {
         if range_m.is_finite() {
             range_m
         } else {
-            self.free_m()
+            self.other.free_m(self.settings)
         }
-    }
-
-    /// Range up to which a direction without return proves free space.
-    fn free_m(&self) -> f64 {
-        let rays = &self.other.rays;
-        rays.free_range_m
-            .max(self.settings.no_return_reach_share * rays.reach_m)
     }
 
     /// Distance of the point in front of the surface that `ray` meets, across that surface, and its standard deviation,

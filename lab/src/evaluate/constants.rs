@@ -81,3 +81,7 @@ pub(crate) const RINGS_FIELD_DEG: (f64, f64, f64) = (-40.0, 30.0, 135.0);
 pub(crate) const RINGS_STEP_DEG: f64 = 0.5;
 /// Height of the scanner over the base, metres.
 pub(crate) const RINGS_HEAD_M: f64 = 0.18;
+
+/// Points of a reference's view stand for samples of its mixture within this distance, metres: samples on a component of
+/// 1.5 m with 200 beams are about as far apart.
+pub(crate) const SAMPLE_REACH_M: f64 = 0.15;

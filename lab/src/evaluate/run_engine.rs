@@ -1,11 +1,15 @@
 //! Runs the engine on pairs.
 
+use super::constants::SAMPLE_REACH_M;
 use super::pair::SimulatedPair;
 use crate::constants::ENGINE_SEED;
 use crate::timing::{MillisClock, Timed, timed};
 use nalgebra::Point3;
-use patrold_engine::geometry::View;
-use patrold_engine::novelty::{Detection, NoveltyError, NoveltySettings, Reference, detect};
+use patrold_engine::geometry::{PointGrid, View};
+use patrold_engine::novelty::{
+    Detection, Novelty, NoveltyError, NoveltyKind, NoveltySettings, Reference, detect,
+};
+use std::collections::HashSet;
 
 /// What the engine gets of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -79,6 +83,32 @@ pub fn run_engine(
     timed(
         clock,
         || kept.prepare(&reference, settings),
-        |prepared| detect(prepared, &current, settings, ENGINE_SEED, &mut |_| {}),
+        |prepared| {
+            let mut answer = detect(prepared, &current, settings, ENGINE_SEED, &mut |_| {})?;
+            if kept == KeptReference::Mixture {
+                let samples = &prepared.prepared.view.points;
+                to_points_of_view(&mut answer.novelties, samples, &reference);
+            }
+            Ok(answer)
+        },
     )
+}
+
+/// The truth is known of the points of `view`: what disappeared among the `samples` of its mixture is given by the points
+/// nearest to them.
+fn to_points_of_view(novelties: &mut [Novelty], samples: &[Point3<f64>], view: &View) {
+    let grid = PointGrid::new(samples, SAMPLE_REACH_M);
+    let nearest_sample: Vec<Option<usize>> = view
+        .points
+        .iter()
+        .map(|p| grid.nearest(p, SAMPLE_REACH_M).map(|(sample, _)| sample))
+        .collect();
+    for novelty in novelties {
+        if novelty.kind == NoveltyKind::Disappeared {
+            let own: HashSet<usize> = novelty.point_indices.iter().copied().collect();
+            novelty.point_indices = (0..view.points.len())
+                .filter(|i| nearest_sample[*i].is_some_and(|sample| own.contains(&sample)))
+                .collect();
+        }
+    }
 }
