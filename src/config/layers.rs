@@ -285,8 +285,10 @@ mod tests {
         assert_eq!(u_th(""), of(Engine::Standard));
         let paper = "novelty.engine = \"paper\"\n";
         assert_eq!(u_th(paper), of(Engine::Paper));
-        assert_ne!(u_th(paper), u_th(""));
-        let set = format!("{paper}novelty.u_th_m = 0.0005\n");
+        let alone = "novelty.engine = \"paper-independent\"\n";
+        assert_eq!(u_th(alone), of(Engine::PaperIndependent));
+        assert_ne!(u_th(alone), u_th(""));
+        let set = format!("{alone}novelty.u_th_m = 0.0005\n");
         assert_eq!(u_th(&set), ConfigValue::Float(0.0005));
     }
 }

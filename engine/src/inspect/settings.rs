@@ -1,6 +1,8 @@
 //! The engine's settings. The engines are values of one struct and run the same pipeline.
 
-use super::constants::{PAPER_MAX_COMPONENTS, PAPER_U_TH_M, SWEEP_INDEPENDENT_SHARE};
+use super::constants::{
+    PAPER_INDEPENDENT_U_TH_M, PAPER_MAX_COMPONENTS, PAPER_U_TH_M, SWEEP_INDEPENDENT_SHARE,
+};
 use super::engine::Engine;
 use crate::novelty;
 use crate::shape::ShapeSettings;
@@ -53,14 +55,14 @@ impl EngineSettings {
     pub fn paper_independent() -> Self {
         Self {
             novelty: novelty::NoveltySettings {
-                u_th_m: PAPER_U_TH_M,
+                u_th_m: PAPER_INDEPENDENT_U_TH_M,
                 model: novelty::RevisitModel::Independent {
                     max_components: PAPER_MAX_COMPONENTS,
                 },
                 removal_extent: novelty::RemovalExtent::UntilBelowThreshold,
                 ..novelty::NoveltySettings::default()
             },
-            shape: ShapeSettings::paper(),
+            shape: ShapeSettings::paper_independent(),
             sweep_independent_share: 1.0,
         }
     }

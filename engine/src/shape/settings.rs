@@ -107,11 +107,10 @@ impl Default for ShapeSettings {
 }
 
 impl ShapeSettings {
-    /// The paper's methods, made well-posed: the mixture's moments against ideal surfaces, RANSAC on 3722 samples of the
-    /// ellipsoids.
+    /// The paper's methods, made well-posed: the mixture's moments against those of the visible side, RANSAC on 3722 samples
+    /// of the ellipsoids.
     pub fn paper() -> Self {
         Self {
-            surface: SurfaceModel::Ideal,
             use_point_distances: false,
             use_mixture_moments: true,
             ambiguous_below: 0.0,
@@ -120,6 +119,14 @@ impl ShapeSettings {
                 scale: ELLIPSOID_SIGMAS,
             },
             ..Self::default()
+        }
+    }
+
+    /// The paper's methods to the letter: as [`Self::paper`], but moments are compared with those of whole ideal surfaces.
+    pub fn paper_independent() -> Self {
+        Self {
+            surface: SurfaceModel::Ideal,
+            ..Self::paper()
         }
     }
 

@@ -65,7 +65,7 @@ fn attitude(rng: &mut ChaCha8Rng) -> Result<CylinderAttitude, ShapeError> {
     };
     let points = lateral_surface(&cylinder, rng);
     let sensor = Point3::origin();
-    let settings = ShapeSettings::paper();
+    let settings = ShapeSettings::paper_independent();
     let ideal = Primitive::Cylinder(cylinder);
     let gaussian = surface_moments(&ideal, &sensor, SurfaceModel::Ideal, &settings.density)
         .or(Gaussian::from_points(&points))

@@ -267,7 +267,7 @@ fn ransac_on_the_ellipsoid_of_a_round_gaussian_finds_a_sphere() {
         &Surroundings::default(),
         &mixture,
         &Point3::origin(),
-        &ShapeSettings::paper(),
+        &ShapeSettings::paper_independent(),
         1,
     )
     .expect("a shape");
