@@ -4,7 +4,7 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use patrold_engine::geometry::View;
 use patrold_engine::inspect::{EngineSettings, inspect, prepare};
-use patrold_engine::novelty::{PreparedView, detect};
+use patrold_engine::novelty::{PreparedView, Reference, detect};
 use patrold_sim::world::{
     MountGeometry, NoiseOptions, Pose2d, Scene, SimulatedRobot, SweepRows, simulate_sweep,
 };
@@ -52,6 +52,12 @@ fn verdict(criterion: &mut Criterion) {
                 .throughput(Throughput::Elements(beams));
             group.bench_function(BenchmarkId::new("reference", beams), |b| {
                 b.iter(|| pool.install(|| prepare(&reference, &settings, 7)));
+            });
+            group.bench_function(BenchmarkId::new("stored_reference", beams), |b| {
+                b.iter(|| {
+                    let gamma = prepared.gamma.clone();
+                    pool.install(|| Reference::from_stored(&reference, gamma, &settings.novelty))
+                });
             });
             group.bench_function(BenchmarkId::new("fit", beams), |b| {
                 b.iter(|| {
