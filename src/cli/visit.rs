@@ -40,6 +40,14 @@ fn visit_text(visit: &VisitReply) -> String {
     if let Some(d_gmm) = visit.d_gmm {
         lines.push(format!("  d_GMM {d_gmm:.6}, U_th {:.6}", visit.u_th));
     }
+    if let Some(why) = &visit.not_stored_because {
+        lines.push(format!(
+            "  NOT STORED: {why}; the service holds it and writes it at the first chance"
+        ));
+    }
+    if let Some(why) = &visit.evidence_missing_because {
+        lines.push(format!("  its sweep is not stored yet: {why}"));
+    }
     match visit.alarm {
         Some(alarm) if alarm.raised => lines.push(format!("  alarm {} raised", alarm.id)),
         Some(alarm) => lines.push(format!("  belongs to alarm {}", alarm.id)),

@@ -134,6 +134,10 @@ impl PatrolMachine {
                 if let Some(request) = self.take_current(id, RequestStage::Preparing) {
                     match result {
                         Ok(()) => self.start_sweep(request, &mut out),
+                        // The disk fails, not the client: the log says that nobody looked.
+                        Err(RefusalReason::Failed(why)) => {
+                            self.record_not_observed(request, why, &mut out);
+                        }
                         Err(refusal) => out.push(PatrolAction::Refuse(request, refusal)),
                     }
                 }

@@ -7,8 +7,8 @@ use super::replies::{
 use crate::config::Settings;
 use crate::patrol::event::{PatrolRequest, RefusalReason};
 use crate::store::{
-    NewMixture, NewReference, NewVisit, RecordTime, Store, StoreError, StoredReference,
-    SweepRecord, VisitOutcome,
+    Ledger, NewMixture, NewReference, NewVisit, RecordTime, Store, StoreError, StoredReference,
+    SweepRecord, VisitOutcome, VisitRecord,
 };
 use patrold_engine::novelty::Verdict;
 use serde_json::json;
@@ -41,18 +41,29 @@ impl ActiveRequest {
     /// Writes the outcome to the store; `not_observed` is the reason where nothing could be judged.
     pub(super) fn record(
         &self,
-        store: &mut Store,
+        ledger: &mut Ledger,
         not_observed: Option<&str>,
         now: &RecordTime,
     ) -> Result<ServiceReply, RefusalReason> {
-        self.replace_mixture(store, now);
+        let recorded = self.record_finding(ledger, not_observed, now);
+        // Last: an alarm waits for nothing.
+        self.replace_mixture(&mut ledger.store, now);
+        recorded
+    }
+
+    fn record_finding(
+        &self,
+        ledger: &mut Ledger,
+        not_observed: Option<&str>,
+        now: &RecordTime,
+    ) -> Result<ServiceReply, RefusalReason> {
         let judgement = self.judgement.as_ref();
         let sweep = judgement.and_then(|j| j.assembled.as_ref());
         let finding = judgement.and_then(|j| j.finding.as_ref().ok());
         let recorded = match (not_observed, finding, sweep) {
-            (Some(reason), _, sweep) => self.record_visit(store, None, reason, sweep, now),
+            (Some(reason), _, sweep) => self.record_visit(ledger, None, reason, sweep, now),
             (None, Some(SweepFinding::Visit(finding)), sweep) => {
-                self.record_visit(store, Some(finding), &finding.report.reason, sweep, now)
+                self.record_visit(ledger, Some(finding), &finding.report.reason, sweep, now)
             }
             (None, Some(SweepFinding::Reference(mixture)), Some(sweep)) => {
                 let quality = json!(sweep.quality).to_string();
@@ -66,7 +77,7 @@ impl ActiveRequest {
                     engine: &settings.engine_json(),
                     seed,
                 };
-                store.teach(&new, now).map(|version| {
+                ledger.store.teach(&new, now).map(|version| {
                     ServiceReply::Teach(Box::new(TeachReply {
                         waypoint: self.request.waypoint.clone(),
                         version,
@@ -113,7 +124,7 @@ impl ActiveRequest {
 
     fn record_visit(
         &self,
-        store: &mut Store,
+        ledger: &mut Ledger,
         finding: Option<&VisitFinding>,
         reason: &str,
         assembled: Option<&AssembledSweep>,
@@ -145,15 +156,22 @@ impl ActiveRequest {
             novelties,
             same_place_m: settings.alarms.same_place_m,
         };
-        let recorded = store.record_visit(&visit, now)?;
+        let recorded = ledger.record_visit(&visit, now)?;
+        let (outcome, held) = match &recorded {
+            VisitRecord::Stored(outcome) => (Some(outcome), None),
+            VisitRecord::Held(why) => (None, Some(why)),
+        };
         let version = self.reference.as_ref().map_or(0, |r| r.version);
         Ok(ServiceReply::Visit(Box::new(VisitReply {
             waypoint: waypoint.clone(),
             verdict: verdict.as_str().to_owned(),
             reason: reason.to_owned(),
-            visit_id: recorded.visit_id,
-            alarm: alarm_reply(&recorded),
-            cleared: recorded.cleared,
+            visit_id: outcome.map(|outcome| outcome.visit_id),
+            stored: outcome.is_some(),
+            not_stored_because: held.map(ToString::to_string),
+            evidence_missing_because: outcome.and_then(|o| o.evidence_missing.clone()),
+            alarm: outcome.and_then(alarm_reply),
+            cleared: outcome.map(|o| o.cleared.clone()).unwrap_or_default(),
             d_gmm: report.map(|r| r.d_gmm),
             u_th,
             pose_correction: report.map(|r| r.pose_correction.clone()),

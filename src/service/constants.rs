@@ -49,6 +49,9 @@ pub(super) const JUDGE_LIMIT: Duration = Duration::from_secs(120);
 /// Longest write: the database waits 5 s for other writers, and a failing disk retries for tens of seconds.
 pub(super) const STORE_WRITE_LIMIT: Duration = Duration::from_secs(60);
 
+/// Period of the upkeep of the store: held visits are written, lost space is noticed.
+pub(super) const STORAGE_INTERVAL: Duration = Duration::from_secs(10);
+
 pub(super) const RETENTION_INTERVAL: Duration = Duration::from_secs(3600);
 
 /// Sweeps are deleted by age only after the wall clock has been stable for so long: a machine that boots with a wrong

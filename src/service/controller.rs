@@ -9,6 +9,7 @@ use super::record_time::record_time_now;
 use super::reference_cache::ReferenceCache;
 use super::replies::{ServiceReply, StatusReply};
 use super::scanner_thread::{ScannerEvent, ScannerThread};
+use super::storage_watch::StorageWatch;
 use super::store_writer::StoreWriter;
 use super::systemd::SystemdNotifier;
 use super::wall_clock::WallClockMonitor;
@@ -26,6 +27,7 @@ use tokio::sync::{oneshot, watch};
 
 mod clients;
 mod housekeeping;
+mod storage;
 
 /// Threads and channels that the controller acts through.
 pub(super) struct Services {
@@ -60,6 +62,9 @@ pub(super) struct Controller {
     judging: bool,
     overdue: bool,
     retention_due: Instant,
+    storage: StorageWatch,
+    maintaining: bool,
+    maintenance_due: Instant,
     exited: bool,
     started: Instant,
     wall_clock: WallClockMonitor,
@@ -85,6 +90,9 @@ impl Controller {
             judging: false,
             overdue: false,
             retention_due: now,
+            storage: StorageWatch::default(),
+            maintaining: false,
+            maintenance_due: now,
             exited: false,
             started: now,
             wall_clock: WallClockMonitor::default(),
@@ -147,6 +155,7 @@ impl Controller {
             ServiceMessage::ConfigRead(Err(errors)) => {
                 PatrolEvent::Reload(Err(errors.iter().map(ToString::to_string).collect()))
             }
+            ServiceMessage::Storage(report) => return self.report_storage(&report),
             ServiceMessage::Note(severity, device, text) => {
                 return self.log_event(severity, &device, text);
             }
@@ -174,6 +183,7 @@ impl Controller {
         if Instant::now() >= self.retention_due && self.machine.current().is_none() {
             self.apply_retention();
         }
+        self.maintain_storage();
     }
 
     pub(super) fn notify_reloading(&self) {
@@ -193,6 +203,7 @@ impl Controller {
             self.log_event(Severity::Error, "service", text.to_owned());
         }
         self.log_event(Severity::Info, "service", "patrold stopped".to_owned());
+        self.write_held_visits();
         if !self.services.writer.finish(limit) {
             tracing::error!("flush timed out; the last records may be lost");
         }
@@ -295,7 +306,7 @@ impl Controller {
         self.active = Some(self.active_for(request));
         let inbox = self.services.inbox.clone();
         self.services.writer.submit(
-            move |store| store.reference(&waypoint).map_err(refusal_reason),
+            move |ledger| ledger.store.reference(&waypoint).map_err(refusal_reason),
             move |reference| send(&inbox, ServiceMessage::Prepared(id, reference)),
         );
     }
@@ -351,7 +362,7 @@ impl Controller {
         self.judging = false;
         self.step_started = Instant::now();
         self.services.writer.submit(
-            move |store| active.record(store, not_observed.as_deref(), &record_time_now()),
+            move |ledger| active.record(ledger, not_observed.as_deref(), &record_time_now()),
             move |result| send(&inbox, ServiceMessage::Recorded(id, result)),
         );
     }

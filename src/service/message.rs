@@ -6,7 +6,7 @@ use super::scanner_thread::ScannerEvent;
 use crate::config::{ConfigError, LoadedConfig};
 use crate::patrol::event::{PatrolTask, RefusalReason};
 use crate::patrol::severity::Severity;
-use crate::store::StoredReference;
+use crate::store::{StorageReport, StoredReference};
 use tokio::sync::oneshot;
 
 /// A request from the control socket.
@@ -30,6 +30,8 @@ pub(super) enum ServiceMessage {
     Recorded(u64, Result<ServiceReply, RefusalReason>),
     /// The configuration files were read for a reload.
     ConfigRead(Result<Box<LoadedConfig>, Vec<ConfigError>>),
+    /// What the upkeep of the store found.
+    Storage(Box<StorageReport>),
     /// For the event log: severity, device, text.
     Note(Severity, String, String),
 }

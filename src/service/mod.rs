@@ -17,6 +17,7 @@ mod scanner;
 mod scanner_thread;
 mod socket;
 mod station_scanner;
+mod storage_watch;
 mod store_writer;
 mod systemd;
 #[cfg(test)]

@@ -26,7 +26,7 @@ pub struct StepTiming {
     pub record: f64,
 }
 
-/// Outcome of a visit. It is on disk before it is sent, and so is its alarm.
+/// Outcome of a visit. Where it is `stored`, it is on disk before it is sent, and so is its alarm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VisitReply {
     /// Name of the waypoint.
@@ -35,8 +35,14 @@ pub struct VisitReply {
     pub verdict: String,
     /// Why this verdict, for a person to read; one line.
     pub reason: String,
-    /// Sequence number of the visit.
-    pub visit_id: i64,
+    /// Sequence number of the visit; null where it is not stored.
+    pub visit_id: Option<i64>,
+    /// Whether its rows are on disk.
+    pub stored: bool,
+    /// Why they are not; the service holds the visit and writes it at the first chance, then it has its alarm.
+    pub not_stored_because: Option<String>,
+    /// Why the files of its sweep are not on disk; null where they are.
+    pub evidence_missing_because: Option<String>,
     /// `None` for a visit without an alarm.
     pub alarm: Option<AlarmReply>,
     /// Alarms that it cleared.

@@ -16,7 +16,7 @@ use super::station_scanner::StationConnector;
 use super::store_writer::StoreWriter;
 use super::systemd::SystemdNotifier;
 use crate::config::{LoadedConfig, load};
-use crate::store::Store;
+use crate::store::{Disk, Ledger, Store, SystemDisk};
 use link::Clock;
 use std::future::Future;
 use std::path::{Path, PathBuf};
@@ -37,6 +37,8 @@ pub struct ServiceParts {
     pub clock: Clock,
     /// Connects the laser and the head.
     pub connector: Box<dyn ScannerConnector>,
+    /// The disk under the store.
+    pub disk: Arc<dyn Disk>,
     /// Lets a reload change the log level; `None` where the embedding program logs.
     pub log: Option<LogLevelHandle>,
 }
@@ -60,6 +62,7 @@ pub fn run(config: Option<&Path>, clock: Clock) -> Result<(), ServiceError> {
         config_path: config.map(Path::to_owned),
         connector: Box::new(StationConnector::new(clock.clone())),
         clock,
+        disk: Arc::new(SystemDisk),
         log,
     };
     let result = runtime.block_on(async {
@@ -122,8 +125,9 @@ pub async fn serve(
 ) -> Result<(), ServiceError> {
     let settings = Arc::new(parts.loaded.settings.clone());
     let lock = StoreLock::acquire(&settings.store.dir)?;
-    let mut store = Store::open(&settings.store.dir)?;
-    store.delete_orphans()?;
+    let store = Store::open_on(&settings.store.dir, Arc::clone(&parts.disk))?;
+    let mut ledger = Ledger::new(store);
+    let start = ledger.start();
     let (listener, socket_file) = socket::listen(&settings.api.socket, settings.api.socket_mode)?;
     let (inbox, mut messages) = mpsc::unbounded_channel();
     let (status, status_reader) = watch::channel(initial_status(&parts.loaded));
@@ -137,12 +141,13 @@ pub async fn serve(
     let services = start_services(
         parts.connector,
         parts.clock,
-        store,
+        ledger,
         parts.log,
         &inbox,
         status,
     )?;
     let mut controller = Controller::start(services, settings);
+    controller.report_store_start(&start);
     controller.notify_ready();
 
     let mut ticks = interval(TICK);
@@ -179,7 +184,7 @@ pub async fn serve(
 fn start_services(
     connector: Box<dyn ScannerConnector>,
     clock: Clock,
-    store: Store,
+    ledger: Ledger,
     log: Option<LogLevelHandle>,
     inbox: &UnboundedSender<ServiceMessage>,
     status: watch::Sender<StatusReply>,
@@ -199,7 +204,7 @@ fn start_services(
     .map_err(thread_error)?;
     Ok(Services {
         scanner,
-        writer: StoreWriter::spawn(store).map_err(thread_error)?,
+        writer: StoreWriter::spawn(ledger).map_err(thread_error)?,
         systemd: SystemdNotifier::from_environment(),
         log,
         inbox: inbox.clone(),

@@ -1,7 +1,7 @@
 //! The one thread that writes to the store.
 
 use super::constants::STORE_WRITE_LIMIT;
-use crate::store::Store;
+use crate::store::Ledger;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 struct Job {
     /// Skipped when the service is about to end.
     optional: bool,
-    run: Box<dyn FnOnce(&mut Store) + Send>,
+    run: Box<dyn FnOnce(&mut Ledger) + Send>,
 }
 
 /// Handle of the thread. Jobs run in the order of submission.
@@ -25,7 +25,7 @@ pub(super) struct StoreWriter {
 }
 
 impl StoreWriter {
-    pub(super) fn spawn(mut store: Store) -> std::io::Result<Self> {
+    pub(super) fn spawn(mut ledger: Ledger) -> std::io::Result<Self> {
         let (jobs, inbox) = mpsc::channel::<Job>();
         let (end, ended) = mpsc::channel();
         let job_started = Arc::new(Mutex::new(None));
@@ -35,15 +35,17 @@ impl StoreWriter {
         thread::Builder::new()
             .name("patrold-writer".to_owned())
             .spawn(move || {
-                let _end: Sender<()> = end;
                 while let Ok(job) = inbox.recv() {
                     if job.optional && skipping.load(Ordering::Relaxed) {
                         continue;
                     }
                     set_started(Some(Instant::now()));
-                    (job.run)(&mut store);
+                    (job.run)(&mut ledger);
                     set_started(None);
                 }
+                // Whoever waits for the end finds the database closed.
+                ledger.close();
+                drop::<Sender<()>>(end);
             })?;
         Ok(Self {
             jobs,
@@ -56,7 +58,7 @@ impl StoreWriter {
     /// `job` and then `done` run on the writer's thread.
     pub(super) fn submit<T>(
         &self,
-        job: impl FnOnce(&mut Store) -> T + Send + 'static,
+        job: impl FnOnce(&mut Ledger) -> T + Send + 'static,
         done: impl FnOnce(T) + Send + 'static,
     ) {
         self.send(false, job, done);
@@ -65,7 +67,7 @@ impl StoreWriter {
     /// As [`submit`](Self::submit); skipped if [`skip_optional`](Self::skip_optional) is called before its turn.
     pub(super) fn submit_optional<T>(
         &self,
-        job: impl FnOnce(&mut Store) -> T + Send + 'static,
+        job: impl FnOnce(&mut Ledger) -> T + Send + 'static,
         done: impl FnOnce(T) + Send + 'static,
     ) {
         // A job submitted after `skip_optional` belongs to the end itself.
@@ -76,10 +78,10 @@ impl StoreWriter {
     fn send<T>(
         &self,
         optional: bool,
-        job: impl FnOnce(&mut Store) -> T + Send + 'static,
+        job: impl FnOnce(&mut Ledger) -> T + Send + 'static,
         done: impl FnOnce(T) + Send + 'static,
     ) {
-        let run = Box::new(move |store: &mut Store| done(job(store)));
+        let run = Box::new(move |ledger: &mut Ledger| done(job(ledger)));
         // The thread lives as long as this handle.
         let _ = self.jobs.send(Job { optional, run });
     }
@@ -113,7 +115,7 @@ impl StoreWriter {
 #[cfg(test)]
 mod tests {
     use super::StoreWriter;
-    use crate::store::Store;
+    use crate::store::{Ledger, Store};
     use std::sync::mpsc;
     use std::time::Duration;
 
@@ -123,7 +125,7 @@ mod tests {
     fn finish_skips_optional_jobs_and_gives_up_after_its_limit() {
         let dir = tempfile::tempdir().expect("temp dir");
         let store = Store::open(dir.path()).expect("store");
-        let writer = StoreWriter::spawn(store).expect("a thread");
+        let writer = StoreWriter::spawn(Ledger::new(store)).expect("a thread");
         let (release, released) = mpsc::channel::<()>();
         let (sender, done) = mpsc::channel();
         let report = |job: &'static str| {
@@ -148,7 +150,7 @@ mod tests {
     fn finish_waits_for_queued_jobs() {
         let dir = tempfile::tempdir().expect("temp dir");
         let store = Store::open(dir.path()).expect("store");
-        let writer = StoreWriter::spawn(store).expect("a thread");
+        let writer = StoreWriter::spawn(Ledger::new(store)).expect("a thread");
         writer.submit_optional(|_| (), |()| ());
         assert!(writer.finish(TIMEOUT));
     }

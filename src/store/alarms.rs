@@ -129,7 +129,7 @@ impl Store {
         note: Option<&str>,
         stamp: &RecordTime,
     ) -> Result<AlarmRow, StoreError> {
-        self.transaction(|change| {
+        self.transaction_with_reserve(|change| {
             let before = find_alarm(change, id)?;
             let is_first = before.acknowledged_at.is_none();
             let added = note.map(|text| {

@@ -1,11 +1,14 @@
 //! The open database: one writer, many readers, every change in one transaction.
 
 use super::blob_files::BlobFiles;
+use super::disk::{Disk, SystemDisk, TransactionStep};
 use super::error::StoreError;
-use rusqlite::{Connection, OpenFlags, Transaction, TransactionBehavior};
+use super::reserve::{RESERVE_BYTES, Reserve};
+use rusqlite::{Connection, OpenFlags, Transaction, TransactionBehavior, ffi};
 use rusqlite_migration::{M, MigrationDefinitionError, Migrations};
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// "PTRD" in the header of the database file.
@@ -38,7 +41,9 @@ pub(super) fn time_text(at: jiff::Timestamp) -> String {
 pub struct Store {
     db: Connection,
     path: PathBuf,
+    pub(super) disk: Arc<dyn Disk>,
     pub(super) files: BlobFiles,
+    pub(super) reserve: Reserve,
 }
 
 impl Store {
@@ -47,7 +52,15 @@ impl Store {
     /// # Errors
     /// The folder cannot be written, or the database is another program's, newer or damaged.
     pub fn open(dir: &Path) -> Result<Self, StoreError> {
-        let files = BlobFiles::create(dir)?;
+        Self::open_on(dir, Arc::new(SystemDisk))
+    }
+
+    /// As [`Store::open`], on this disk.
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn open_on(dir: &Path, disk: Arc<dyn Disk>) -> Result<Self, StoreError> {
+        let files = BlobFiles::create(dir, Arc::clone(&disk))?;
         let path = database_path(dir);
         let opened = || -> Result<Connection, StoreError> {
             let mut db = Connection::open(&path)?;
@@ -62,7 +75,17 @@ impl Store {
             Ok(db)
         };
         let db = opened().map_err(|error| error.with_path(&path))?;
-        Ok(Self { db, path, files })
+        Ok(Self::from_parts(dir, db, files, disk))
+    }
+
+    fn from_parts(dir: &Path, db: Connection, files: BlobFiles, disk: Arc<dyn Disk>) -> Self {
+        Self {
+            db,
+            path: database_path(dir),
+            files,
+            reserve: Reserve::new(dir, Arc::clone(&disk)),
+            disk,
+        }
     }
 
     /// Opens an existing store for reading; the service may be running.
@@ -84,8 +107,9 @@ impl Store {
             }
         };
         let db = opened().map_err(|error| error.with_path(&path))?;
-        let files = BlobFiles::new(dir);
-        Ok(Self { db, path, files })
+        let disk: Arc<dyn Disk> = Arc::new(SystemDisk);
+        let files = BlobFiles::new(dir, Arc::clone(&disk));
+        Ok(Self::from_parts(dir, db, files, disk))
     }
 
     /// Opens an existing store for reading and writing.
@@ -115,16 +139,89 @@ impl Store {
     }
 
     /// Runs one write transaction. It takes the write lock at once: a transaction that reads first fails when another
-    /// writer gets in between.
+    /// writer gets in between. What is left of a full disk is not for it.
     pub(super) fn transaction<T>(
         &mut self,
         run: impl FnOnce(&Transaction<'_>) -> Result<T, StoreError>,
     ) -> Result<T, StoreError> {
+        self.check_space(0)?;
+        self.write(run)
+    }
+
+    /// As [`transaction`](Self::transaction), for an alarm and what people do with it: it may use the reserve. `run` is
+    /// called again where that was needed.
+    pub(super) fn transaction_with_reserve<T>(
+        &mut self,
+        run: impl Fn(&Transaction<'_>) -> Result<T, StoreError>,
+    ) -> Result<T, StoreError> {
+        match self.write(&run) {
+            Err(error) if error.is_lack_of_space() && self.reserve.release() => self.write(&run),
+            done => done,
+        }
+    }
+
+    /// Fails where `bytes` more would need the space that is kept for alarms.
+    pub(super) fn check_space(&self, bytes: u64) -> Result<(), StoreError> {
+        if !self.reserve.is_released() {
+            return Ok(());
+        }
+        // A disk that does not tell is tried.
+        let free_bytes = self.disk.free_bytes(&self.path).unwrap_or(u64::MAX);
+        if free_bytes >= RESERVE_BYTES.saturating_add(bytes) {
+            return Ok(());
+        }
+        let path = self.path.clone();
+        Err(StoreError::LowSpace { path, free_bytes })
+    }
+
+    /// Bytes that this user may still write.
+    pub(super) fn free_bytes(&self) -> Result<u64, StoreError> {
+        self.disk
+            .free_bytes(&self.path)
+            .map_err(|source| StoreError::File {
+                path: self.path.clone(),
+                source,
+            })
+    }
+
+    /// Takes the space that is kept for alarms, where there is room for it; from then on nothing else may use the last
+    /// bytes of the disk. For the service alone.
+    ///
+    /// # Errors
+    /// The disk fails.
+    pub fn hold_reserve(&mut self) -> Result<(), StoreError> {
+        self.reserve.hold().map_err(|source| StoreError::File {
+            path: self.reserve.path().to_owned(),
+            source,
+        })
+    }
+
+    /// Closes the database; where nobody else has it open, its file is whole by itself then. A failure leaves the
+    /// write-ahead log, which is as good.
+    pub fn close(self) {
+        // Fails, without harm, while another program reads.
+        let _ = self
+            .db
+            .pragma_query(None, "wal_checkpoint(TRUNCATE)", |_| Ok(()));
+        let _ = self.db.close();
+    }
+
+    fn write<T>(
+        &mut self,
+        run: impl FnOnce(&Transaction<'_>) -> Result<T, StoreError>,
+    ) -> Result<T, StoreError> {
+        let disk = &self.disk;
+        let step = |step| {
+            let failure = |code| rusqlite::Error::SqliteFailure(ffi::Error::new(code), None);
+            disk.transaction_step(step).map_err(failure)
+        };
         let run_and_commit = || {
+            step(TransactionStep::Begin)?;
             let change = self
                 .db
                 .transaction_with_behavior(TransactionBehavior::Immediate)?;
             let done = run(&change)?;
+            step(TransactionStep::Commit)?;
             change.commit()?;
             Ok(done)
         };
@@ -140,6 +237,7 @@ fn database_path(dir: &Path) -> PathBuf {
 const MIGRATIONS: &[M<'static>] = &[
     M::up(include_str!("../../migrations/0001_patrol.sql")),
     M::up(include_str!("../../migrations/0002_reference_mixture.sql")),
+    M::up(include_str!("../../migrations/0003_evidence.sql")),
 ];
 
 fn migrations() -> Migrations<'static> {
@@ -174,13 +272,14 @@ fn check_owner(db: &Connection, path: &Path) -> Result<(), StoreError> {
 #[cfg(test)]
 mod tests {
     use super::{APPLICATION_ID, BlobFiles, MIGRATIONS, Store, migrations};
-    use crate::store::{StoreError, StoredMixture};
+    use crate::store::{StoreError, StoredMixture, SystemDisk};
     use nalgebra::Point3;
     use patrold_engine::blob::encode_view;
     use patrold_engine::geometry::View;
     use rusqlite::Connection;
     use rusqlite_migration::Migrations;
     use std::path::Path;
+    use std::sync::Arc;
 
     #[test]
     fn the_migrations_apply_to_an_empty_database() {
@@ -230,7 +329,7 @@ mod tests {
             .to_latest(&mut db)
             .expect("the first version");
         let view = View::from_points(vec![Point3::new(1.0, 0.0, 0.0)], Point3::origin());
-        let files = BlobFiles::create(dir).expect("folder");
+        let files = BlobFiles::create(dir, Arc::new(SystemDisk)).expect("folder");
         let file = files.put(&encode_view(&view)).expect("stored");
         db.execute_batch(&format!(
             "INSERT INTO waypoint (name, created_at) VALUES ('hall', '');

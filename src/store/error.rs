@@ -1,19 +1,29 @@
 //! Errors of the store, each with the file and what to do.
 
+use super::advice::{database_advice, file_advice};
 use patrold_engine::blob::BlobError;
 use rusqlite::ErrorCode;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// A failure of the store.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// A file or folder of the store cannot be used.
-    #[error("{}: {source}; check that the folder exists and that this user may write to it", path.display())]
+    #[error("{}: {source}; {}", path.display(), file_advice(source))]
     File {
         /// File or folder.
         path: PathBuf,
         /// System error.
         source: std::io::Error,
+    },
+    /// What is left of the disk is kept for alarms.
+    #[error("{}: only {free_bytes} bytes are free, which are kept for alarms; make room or lower store.keep_gib", path.display())]
+    LowSpace {
+        /// The store's database.
+        path: PathBuf,
+        /// Free bytes.
+        free_bytes: u64,
     },
     /// There is no database yet.
     #[error("{}: no database here; start `patrold run` once, or set store.dir", path.display())]
@@ -93,6 +103,14 @@ pub enum StoreError {
         /// Why there is none.
         why: &'static str,
     },
+    /// The files of a row could not be written when it was.
+    #[error("{what} is not in the store: {why}")]
+    EvidenceMissing {
+        /// What was asked for.
+        what: String,
+        /// Why, as the row has it.
+        why: String,
+    },
     /// The content of a stored file does not match its name.
     #[error("{what}: expected {expected}, got {got}")]
     Changed {
@@ -125,6 +143,34 @@ impl From<rusqlite::Error> for StoreError {
 }
 
 impl StoreError {
+    /// Whether the disk, the database or another writer is the reason: the same call may succeed later.
+    pub(super) fn is_of_storage(&self) -> bool {
+        match self {
+            Self::File { .. } | Self::LowSpace { .. } => true,
+            Self::Sqlite { source, .. } => source
+                .sqlite_error_code()
+                .is_some_and(|code| code != ErrorCode::ConstraintViolation),
+            _ => false,
+        }
+    }
+
+    /// Whether giving back the reserve may help.
+    pub(super) fn is_lack_of_space(&self) -> bool {
+        match self {
+            Self::LowSpace { .. } => true,
+            Self::File { source, .. } => matches!(
+                source.kind(),
+                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded
+            ),
+            // SQLite has no code for a quota: it is an input/output error.
+            Self::Sqlite { source, .. } => matches!(
+                source.sqlite_error_code(),
+                Some(ErrorCode::DiskFull | ErrorCode::SystemIoFailure)
+            ),
+            _ => false,
+        }
+    }
+
     /// Adds the path of the database.
     pub(super) fn with_path(self, path: &Path) -> Self {
         let path = path.to_owned();
@@ -138,24 +184,16 @@ impl StoreError {
 
 /// The error of SQLite, with advice.
 fn sqlite_text(source: &rusqlite::Error) -> String {
-    let advice = match source.sqlite_error_code() {
-        Some(ErrorCode::NotADatabase | ErrorCode::DatabaseCorrupt) => {
-            return format!(
-                "not a patrold database, or damaged ({source}); set store.dir to another folder or restore a backup"
-            );
-        }
-        Some(ErrorCode::CannotOpen) => "check that this user may read and write it and its folder",
-        Some(ErrorCode::ReadOnly | ErrorCode::PermissionDenied) => {
-            "readers too need write access to its folder; add this user to the folder's group"
-        }
-        Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => {
-            "another program is writing to it; try again"
-        }
-        Some(ErrorCode::DiskFull) => "the disk is full; make room or lower store.keep_gib",
-        Some(ErrorCode::SystemIoFailure) => "disk error; check the disk and the system log",
-        _ => return source.to_string(),
-    };
-    format!("{source}; {advice}")
+    let code = source.sqlite_error_code();
+    if let Some(ErrorCode::NotADatabase | ErrorCode::DatabaseCorrupt) = code {
+        return format!(
+            "not a patrold database, or damaged ({source}); set store.dir to another folder, `patrold restore` a backup, or stop the service and `patrold store rebuild`"
+        );
+    }
+    match code.and_then(database_advice) {
+        Some(advice) => format!("{source}; {advice}"),
+        None => source.to_string(),
+    }
 }
 
 #[cfg(test)]
@@ -167,7 +205,7 @@ mod tests {
     #[test]
     fn each_error_names_the_file_and_what_to_do() {
         for (code, advice) in [
-            (ffi::SQLITE_NOTADB, "restore a backup"),
+            (ffi::SQLITE_NOTADB, "store rebuild"),
             (ffi::SQLITE_CANTOPEN, "may read and write it"),
             (ffi::SQLITE_READONLY, "folder's group"),
             (ffi::SQLITE_BUSY, "another program"),

@@ -80,7 +80,9 @@ impl Store {
                 why: "its sweep could not be assembled; teach it again",
             });
         }
-        let files = new.sweep.write_files(&self.files)?;
+        let files = new.sweep.files();
+        self.check_space(files.bytes())?;
+        files.write(&self.files)?;
         self.transaction(|change| insert_reference(change, new, &files, stamp))
     }
 
@@ -187,7 +189,7 @@ fn insert_reference(
             change.last_insert_rowid()
         }
     };
-    let sweep = insert_sweep(change, waypoint, &new.sweep, files, stamp)?;
+    let sweep = insert_sweep(change, waypoint, &new.sweep, files, "stored", stamp)?;
     // Versions continue after those of a forgotten waypoint of the same name: the frame NAME/VERSION stays unique.
     let version: i64 = change.query_row(
         "SELECT coalesce(max(version), 0) + 1 FROM reference r JOIN waypoint w ON w.id = r.waypoint_id

@@ -21,7 +21,7 @@ pub struct Retention {
 /// What was deleted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RetentionResult {
-    /// Sweeps whose files were deleted; for orphans, files.
+    /// Sweeps whose files were deleted; else files.
     pub sweeps: usize,
     /// Bytes freed.
     pub bytes: u64,
@@ -106,12 +106,26 @@ impl Store {
         Ok(result)
     }
 
-    /// Deletes half-written files and files that no row names, left by a stop in the middle of writing. Only for the
-    /// holder of the service's lock, before it writes.
+    /// Deletes half-written files, left by a stop in the middle of writing. Only for the holder of the service's lock,
+    /// before it writes. Returns how many, and their bytes.
+    ///
+    /// # Errors
+    /// The disk fails.
+    pub fn delete_half_written(&mut self) -> Result<RetentionResult, StoreError> {
+        let mut result = RetentionResult::default();
+        for name in self.files.half_written()? {
+            result.bytes += self.files.delete(&name)?;
+            result.sweeps += 1;
+        }
+        Ok(result)
+    }
+
+    /// Whole files that no row names: left by a stop before their row was written, or by a database that was lost. They
+    /// are kept.
     ///
     /// # Errors
     /// The disk or the database fails.
-    pub fn delete_orphans(&mut self) -> Result<RetentionResult, StoreError> {
+    pub fn unnamed_files(&self) -> Result<Vec<String>, StoreError> {
         let named: BTreeSet<String> = self.query(|db| {
             let mut query = db.prepare(
                 "SELECT view_file FROM sweep WHERE view_file IS NOT NULL
@@ -120,14 +134,9 @@ impl Store {
             let rows = query.query_map([], |row| row.get(0))?;
             Ok(rows.collect::<Result<_, _>>()?)
         })?;
-        let mut result = RetentionResult::default();
-        for name in self.files.names()? {
-            if !named.contains(&name) {
-                result.bytes += self.files.delete(&name)?;
-                result.sweeps += 1;
-            }
-        }
-        Ok(result)
+        let mut files = self.files.names()?;
+        files.retain(|name| !named.contains(name));
+        Ok(files)
     }
 
     fn sweep_entries(&self, retention: &Retention) -> Result<Vec<SweepEntry>, StoreError> {

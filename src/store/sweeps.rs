@@ -1,6 +1,8 @@
-//! Sweeps: one row each; points and raw data are files.
+//! Sweeps: one row each; points and raw data are files. The row of a visit's sweep is written before its files and says
+//! whether they are there; that of a reference after them.
 
 use super::blob_files::BlobFiles;
+use super::checksum::sha256_hex;
 use super::connection::RecordTime;
 use super::error::StoreError;
 use patrold_engine::blob::encode_view;
@@ -8,7 +10,7 @@ use patrold_engine::geometry::View;
 use rusqlite::{Transaction, params};
 
 /// A sweep to be stored.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct SweepRecord<'a> {
     /// Points; `None`: the raw data could not be assembled.
     pub view: Option<&'a View>,
@@ -18,40 +20,63 @@ pub struct SweepRecord<'a> {
     pub quality: &'a str,
 }
 
-/// File names of a sweep.
+/// The files of a sweep: their bytes, and the names that follow from these.
+#[derive(Debug, Clone, Default)]
 pub(super) struct SweepFiles {
-    view: Option<String>,
-    raw: Option<String>,
+    view: Option<(String, Vec<u8>)>,
+    raw: Option<(String, Vec<u8>)>,
 }
 
 impl SweepRecord<'_> {
-    pub(super) fn write_files(&self, files: &BlobFiles) -> Result<SweepFiles, StoreError> {
-        let put_view = |view| files.put(&encode_view(view));
-        Ok(SweepFiles {
-            view: self.view.map(put_view).transpose()?,
-            raw: self.raw.map(|raw| files.put(raw)).transpose()?,
-        })
+    pub(super) fn files(&self) -> SweepFiles {
+        let named = |bytes: Vec<u8>| (sha256_hex(&bytes), bytes);
+        SweepFiles {
+            view: self.view.map(|view| named(encode_view(view))),
+            raw: self.raw.map(|raw| named(raw.to_vec())),
+        }
     }
 }
 
+impl SweepFiles {
+    /// On disk when this returns.
+    pub(super) fn write(&self, files: &BlobFiles) -> Result<(), StoreError> {
+        for (_, bytes) in self.all() {
+            files.put(bytes)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn bytes(&self) -> u64 {
+        self.all().map(|(_, bytes)| bytes.len() as u64).sum()
+    }
+
+    fn all(&self) -> impl Iterator<Item = &(String, Vec<u8>)> {
+        self.view.iter().chain(&self.raw)
+    }
+}
+
+/// `evidence` is `stored`, or `pending` where the files are written afterwards.
 pub(super) fn insert_sweep(
     change: &Transaction<'_>,
     waypoint_id: i64,
     sweep: &SweepRecord<'_>,
     files: &SweepFiles,
+    evidence: &str,
     stamp: &RecordTime,
 ) -> Result<i64, StoreError> {
+    let name = |file: &Option<(String, Vec<u8>)>| file.as_ref().map(|(name, _)| name.clone());
     change.execute(
-        "INSERT INTO sweep (waypoint_id, taken_at, boot_id, points, view_file, raw_file, quality)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+        "INSERT INTO sweep (waypoint_id, taken_at, boot_id, points, view_file, raw_file, quality, evidence)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
         params![
             waypoint_id,
             stamp.to_rfc3339(),
             stamp.boot_id,
             sweep.view.map_or(0, |view| view.points.len() as i64),
-            files.view,
-            files.raw,
-            sweep.quality
+            name(&files.view),
+            name(&files.raw),
+            sweep.quality,
+            evidence
         ],
     )?;
     Ok(change.last_insert_rowid())

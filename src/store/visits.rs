@@ -1,11 +1,12 @@
-//! Visits: sweep, verdict and alarms in one transaction, on disk before the client gets its reply.
+//! Visits: verdict, novelties and alarms in one transaction, which is on disk before the client gets its reply. The files of
+//! the sweep are written after it; its row says whether they are there.
 
 use super::alarms;
 use super::connection::{RecordTime, Store};
 use super::error::StoreError;
 use super::lookup::{newest_reference_id, waypoint_id};
 use super::novelties::{finite_or_null, insert_novelties, to_sighting};
-use super::sweeps::{SweepRecord, insert_sweep};
+use super::sweeps::{SweepFiles, SweepRecord, insert_sweep};
 use crate::alarm::{AlarmDecision, Sighting, decide};
 use patrold_engine::blob::decode_view;
 use patrold_engine::geometry::View;
@@ -14,7 +15,7 @@ use patrold_engine::report::NoveltyRecord;
 use rusqlite::{OptionalExtension, Row, Transaction, params};
 
 /// A visit to be stored.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct NewVisit<'a> {
     /// Name of the waypoint.
     pub waypoint: &'a str,
@@ -55,6 +56,10 @@ pub struct VisitOutcome {
     pub cleared: Vec<i64>,
     /// The reference was replaced or forgotten while the comparison ran: the visit is stored and changes no alarm.
     pub outdated: bool,
+    /// Sequence number of its sweep.
+    pub sweep_id: Option<i64>,
+    /// Why the files of the sweep could not be written; `None` where they are on disk.
+    pub evidence_missing: Option<String>,
 }
 
 /// A visit as stored, to be judged again.
@@ -83,42 +88,38 @@ pub struct StoredVisit {
 }
 
 impl Store {
-    /// Stores a visit and its effect on the waypoint's alarms. It is on disk when this returns.
+    /// Stores a visit and its effect on the waypoint's alarms, then the files of its sweep. The rows are on disk when this
+    /// returns; where the files are not, the outcome and the row say why.
     ///
     /// # Errors
-    /// Unknown waypoint, or the disk or database fails; nothing is changed then.
+    /// Unknown waypoint, or the database fails; nothing is changed then.
     pub fn record_visit(
         &mut self,
         visit: &NewVisit<'_>,
         stamp: &RecordTime,
     ) -> Result<VisitOutcome, StoreError> {
-        let files = visit
-            .sweep
-            .as_ref()
-            .map(|sweep| sweep.write_files(&self.files))
-            .transpose()?;
-        self.transaction(|change| {
-            let (waypoint, outdated) = find_waypoint_of_visit(change, visit)?;
-            let sweep_id = match (&visit.sweep, &files) {
-                (Some(sweep), Some(files)) => {
-                    Some(insert_sweep(change, waypoint, sweep, files, stamp)?)
-                }
-                _ => None,
-            };
-            let visit_id = insert_visit(change, waypoint, sweep_id, visit, stamp)?;
-            insert_novelties(change, visit_id, visit.novelties)?;
-            let mut outcome = VisitOutcome {
-                visit_id,
-                raised: None,
-                extended: None,
-                cleared: Vec::new(),
-                outdated,
-            };
-            if !outdated {
-                apply_decisions(change, waypoint, visit, stamp, &mut outcome)?;
-            }
-            Ok(outcome)
-        })
+        self.record_visit_with(visit, stamp, visit.verdict == Verdict::Changed)
+    }
+
+    /// As [`record_visit`](Self::record_visit); `may_use_reserve`: an alarm depends on it.
+    pub(super) fn record_visit_with(
+        &mut self,
+        visit: &NewVisit<'_>,
+        stamp: &RecordTime,
+        may_use_reserve: bool,
+    ) -> Result<VisitOutcome, StoreError> {
+        let files = visit.sweep.as_ref().map(SweepRecord::files);
+        let rows = |change: &Transaction<'_>| insert_rows(change, visit, files.as_ref(), stamp);
+        let mut outcome = if may_use_reserve {
+            self.transaction_with_reserve(rows)?
+        } else {
+            self.transaction(rows)?
+        };
+        if let (Some(sweep_id), Some(files)) = (outcome.sweep_id, &files) {
+            let written = self.write_evidence(sweep_id, files);
+            outcome.evidence_missing = written.err().map(|error| error.to_string());
+        }
+        Ok(outcome)
     }
 
     /// Reads a visit with its sweep.
@@ -126,21 +127,26 @@ impl Store {
     /// # Errors
     /// No such visit, its sweep was deleted, or a file is damaged.
     pub fn visit(&self, id: i64) -> Result<StoredVisit, StoreError> {
-        let (mut visit, files) = self.query(|db| {
+        let (mut visit, files, missing) = self.query(|db| {
             let row = db.query_row(
                 "SELECT w.name, v.reference_id, v.verdict, v.d_gmm, v.u_th, v.seed, v.engine,
-                        coalesce(s.quality, 'null'), s.view_file, s.raw_file
+                        coalesce(s.quality, 'null'), s.view_file, s.raw_file,
+                        CASE s.evidence WHEN 'missing' THEN coalesce(s.evidence_why, '') END
                  FROM visit v JOIN waypoint w ON w.id = v.waypoint_id
                  LEFT JOIN sweep s ON s.id = v.sweep_id
                  WHERE v.id = ?1",
                 [id],
                 |row| {
                     let files: [Option<String>; 2] = [row.get(8)?, row.get(9)?];
-                    Ok((read_visit(row)?, files))
+                    Ok((read_visit(row)?, files, row.get(10)?))
                 },
             );
             row.optional()?.ok_or(StoreError::UnknownVisit(id))
         })?;
+        if let Some(why) = missing {
+            let what = format!("the sweep of visit {id}");
+            return Err(StoreError::EvidenceMissing { what, why });
+        }
         if files.iter().all(Option::is_none) {
             return Err(StoreError::NotKept {
                 what: format!("the sweep of visit {id}"),
@@ -222,6 +228,36 @@ fn insert_visit(
         ],
     )?;
     Ok(change.last_insert_rowid())
+}
+
+fn insert_rows(
+    change: &Transaction<'_>,
+    visit: &NewVisit<'_>,
+    files: Option<&SweepFiles>,
+    stamp: &RecordTime,
+) -> Result<VisitOutcome, StoreError> {
+    let (waypoint, outdated) = find_waypoint_of_visit(change, visit)?;
+    let sweep_id = match (&visit.sweep, files) {
+        (Some(sweep), Some(files)) => Some(insert_sweep(
+            change, waypoint, sweep, files, "pending", stamp,
+        )?),
+        _ => None,
+    };
+    let visit_id = insert_visit(change, waypoint, sweep_id, visit, stamp)?;
+    insert_novelties(change, visit_id, visit.novelties)?;
+    let mut outcome = VisitOutcome {
+        visit_id,
+        raised: None,
+        extended: None,
+        cleared: Vec::new(),
+        outdated,
+        sweep_id,
+        evidence_missing: None,
+    };
+    if !outdated {
+        apply_decisions(change, waypoint, visit, stamp, &mut outcome)?;
+    }
+    Ok(outcome)
 }
 
 fn apply_decisions(

@@ -9,6 +9,7 @@ use patrold::service::{
     ConnectError, DeviceNoteSink, Scanner, ScannerConnector, ScannerError, ServiceCommand,
     ServiceError, ServiceParts, serve,
 };
+use patrold::store::SystemDisk;
 use patrold_engine::scan::ScanGeometry;
 use patrold_engine::sweep::{
     HeadMotion, PanSegment, PositionPoll, RawSweep, StampedScan, TimeSample,
@@ -284,6 +285,7 @@ pub(crate) fn parts(dir: &Path, scanner: &ScriptedScanner) -> ServiceParts {
         config_path: Some(config),
         clock: Clock::real(),
         connector: Box::new(scanner.clone()),
+        disk: Arc::new(SystemDisk),
         log: None,
     }
 }

@@ -4,6 +4,9 @@ mod emulated;
 mod harness;
 mod process;
 mod references;
+mod storage;
+#[path = "../harness/faulty_disk.rs"]
+mod faulty_disk;
 #[path = "../harness/stored_mixture.rs"]
 mod stored_mixture;
 

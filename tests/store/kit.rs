@@ -130,6 +130,35 @@ pub(crate) fn visit_of(
         .expect("recorded")
 }
 
+/// A changed visit at `waypoint` that saw one thing at `x`, with view and raw data of its own.
+pub(crate) fn changed_visit<R>(
+    waypoint: &str,
+    reference_id: i64,
+    x: f64,
+    use_it: impl FnOnce(&NewVisit<'_>) -> R,
+) -> R {
+    let view = view(2000.0 + x);
+    let raw = format!("raw of {waypoint} at {x}");
+    use_it(&NewVisit {
+        waypoint,
+        reference_id: Some(reference_id),
+        sweep: Some(SweepRecord {
+            view: Some(&view),
+            raw: Some(raw.as_bytes()),
+            quality: "{}",
+        }),
+        verdict: Verdict::Changed,
+        reason: "test",
+        d_gmm: Some(0.005),
+        u_th: 0.001,
+        seed: 7,
+        engine: "{}",
+        report: "{}",
+        novelties: &[novelty_at(x)],
+        same_place_m: 0.5,
+    })
+}
+
 pub(crate) fn alarms(dir: &Path, filter: &AlarmFilter) -> Vec<(i64, String)> {
     let store = Store::open_for_reading(dir).expect("reader");
     let rows = store.alarms(filter).expect("query");

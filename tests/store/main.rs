@@ -1,6 +1,9 @@
 //! References, visits, alarms and retention in a store on disk.
 
 mod alarms;
+#[path = "../harness/faulty_disk.rs"]
+mod faulty_disk;
+mod faults;
 mod kit;
 mod mixtures;
 mod records;

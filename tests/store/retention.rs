@@ -126,18 +126,22 @@ fn references_of_a_forgotten_waypoint_are_deleted_by_age_unless_they_are_evidenc
 }
 
 #[test]
-fn orphaned_files_are_deleted_and_nothing_else() {
+fn half_written_files_are_deleted_and_nothing_else() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
     let blobs = dir.path().join("blobs");
     let hash = "a".repeat(64);
-    for name in [hash.clone(), format!("{hash}.tmp"), "notes.txt".to_owned()] {
+    let half = format!("{hash}.tmp");
+    for name in [&hash, &half, "notes.txt"] {
         std::fs::write(blobs.join(name), b"left").expect("written");
     }
-    let deleted = store.delete_orphans().expect("deleted");
-    assert_eq!((deleted.sweeps, deleted.bytes), (2, 8));
+    let deleted = store.delete_half_written().expect("deleted");
+    assert_eq!((deleted.sweeps, deleted.bytes), (1, 4));
+    assert!(!blobs.join(half).exists());
     assert!(blobs.join("notes.txt").is_file(), "not ours");
+    assert!(blobs.join(&hash).is_file(), "whole, though no row names it");
+    assert_eq!(store.unnamed_files().expect("listed"), [hash]);
     assert!(store.reference("hall").is_ok());
-    assert_eq!(store.delete_orphans().expect("again").sweeps, 0);
+    assert_eq!(store.delete_half_written().expect("again").sweeps, 0);
 }

@@ -5,6 +5,7 @@ use crate::cli::failure::Failure;
 use crate::cli::{client, files};
 use crate::config::load;
 use crate::service::{ServiceParts, StationConnector, run_until};
+use crate::store::SystemDisk;
 use link::Clock;
 use patrold_sim::emulator::{Emulation, EmulationOptions, Emulator, EmulatorPorts};
 use patrold_sim::world::{Pose2d, World};
@@ -188,6 +189,7 @@ fn spawn_service(
         config_path: Some(config.to_owned()),
         connector: Box::new(StationConnector::new(clock.clone())),
         clock,
+        disk: Arc::new(SystemDisk),
         log: None,
     };
     let run = move || {

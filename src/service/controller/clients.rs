@@ -64,6 +64,19 @@ impl Controller {
 fn log_visit(visit: &VisitReply) {
     let (waypoint, verdict, reason) = (&visit.waypoint, &visit.verdict, &visit.reason);
     let (d_gmm, alarm_id) = (visit.d_gmm, visit.alarm.map(|alarm| alarm.id));
+    if let Some(why) = &visit.not_stored_because {
+        // The journal is then the only place that outlives this process: it gets the whole answer.
+        let answer = serde_json::to_string(visit).unwrap_or_default();
+        tracing::error!(
+            WAYPOINT = %waypoint, VERDICT = %verdict, STORED = false, ANSWER = %answer,
+            "{waypoint}: {verdict}: {reason}; not stored: {why}"
+        );
+        return;
+    }
+    if let Some(why) = &visit.evidence_missing_because {
+        tracing::error!(WAYPOINT = %waypoint, "{waypoint}: the sweep of visit {} is not stored yet: {why}",
+            visit.visit_id.unwrap_or_default());
+    }
     match alarm_id {
         Some(id) => tracing::warn!(
             WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm, ALARM_ID = id,

@@ -75,7 +75,10 @@ impl Controller {
         }
         let device = device.to_owned();
         self.services.writer.submit_optional(
-            move |store| store.note_event(severity, &device, &text, &record_time_now()),
+            move |ledger| {
+                let now = record_time_now();
+                ledger.store.note_event(severity, &device, &text, &now)
+            },
             |written| {
                 if let Err(error) = written {
                     tracing::error!("event not written to the store: {error}");
@@ -95,7 +98,7 @@ impl Controller {
             max_bytes: (store.keep_gib > 0.0).then_some((store.keep_gib * BYTES_PER_GIB) as u64),
         };
         self.services.writer.submit_optional(
-            move |store| store.apply_retention(&retention),
+            move |ledger| ledger.store.apply_retention(&retention),
             |result| match result {
                 Ok(deleted) if deleted.sweeps > 0 => {
                     tracing::info!(

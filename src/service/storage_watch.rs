@@ -1,0 +1,130 @@
+//! What of the store's upkeep is reported to the event log: each change once.
+
+use crate::patrol::severity::Severity;
+use crate::store::{StorageReport, StoreStart};
+
+/// What was last reported of the store.
+#[derive(Debug, Default)]
+pub(super) struct StorageWatch {
+    is_behind: bool,
+    is_low: bool,
+}
+
+type Note = (Severity, String);
+
+impl StorageWatch {
+    pub(super) fn note_start(start: &StoreStart) -> Vec<Note> {
+        let mut notes = Vec::new();
+        if start.evidence_missing > 0 {
+            let text = format!(
+                "{} sweeps have no files: patrold was stopped before they were written; their verdicts are stored",
+                start.evidence_missing
+            );
+            notes.push((Severity::Warning, text));
+        }
+        let failures = start.failures.iter();
+        notes.extend(failures.map(|failure| (Severity::Error, failure.to_string())));
+        notes
+    }
+
+    pub(super) fn note(&mut self, report: &StorageReport) -> Vec<Note> {
+        let mut notes = Vec::new();
+        let retry = &report.retry;
+        for (waypoint, at, outcome) in &retry.stored {
+            let alarm = outcome.raised.or(outcome.extended);
+            let alarm = alarm.map_or_else(String::new, |id| format!(", alarm {id}"));
+            let (at, visit) = (at.to_rfc3339(), outcome.visit_id);
+            let text = format!("{waypoint}: the visit of {at} is stored now: visit {visit}{alarm}");
+            notes.push((Severity::Warning, text));
+        }
+        for (waypoint, at, why) in &retry.refused {
+            let text = format!(
+                "{waypoint}: the visit of {} is lost: {why}",
+                at.to_rfc3339()
+            );
+            notes.push((Severity::Error, text));
+        }
+        let is_behind = retry.held + retry.waiting > 0;
+        if let (true, false, Some(why)) = (is_behind, self.is_behind, &retry.why) {
+            let text = format!(
+                "{} visits and the files of {} more are held in memory: {why}",
+                retry.held, retry.waiting
+            );
+            notes.push((Severity::Error, text));
+        }
+        if self.is_behind && !is_behind {
+            let text = "everything that was held in memory is stored".to_owned();
+            notes.push((Severity::Info, text));
+        }
+        self.is_behind = is_behind;
+        notes.extend(self.note_space(report));
+        notes
+    }
+
+    fn note_space(&mut self, report: &StorageReport) -> Option<Note> {
+        let space = report.space.as_ref().ok()?;
+        let free_mb = space.free_bytes / 1_000_000;
+        if space.is_low() && !self.is_low {
+            self.is_low = true;
+            let text = format!(
+                "low space: {free_mb} MB are free, room for {} visits; make room or lower store.keep_gib",
+                space.visits()
+            );
+            return Some((Severity::Warning, text));
+        }
+        if space.is_ample() && self.is_low {
+            self.is_low = false;
+            return Some((
+                Severity::Info,
+                format!("space again: {free_mb} MB are free"),
+            ));
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::StorageWatch;
+    use crate::patrol::severity::Severity;
+    use crate::store::{DiskSpace, RetryResult, StorageReport, StoreError};
+
+    /// Room for this many visits, beside the reserve of 16 MiB.
+    fn report(visits: u64, held: usize) -> StorageReport {
+        StorageReport {
+            retry: RetryResult {
+                held,
+                why: (held > 0).then_some(StoreError::UnknownAlarm(7)),
+                ..RetryResult::default()
+            },
+            space: Ok(DiskSpace {
+                free_bytes: (16 << 20) + visits * 1000,
+                visit_bytes: 1000,
+            }),
+        }
+    }
+
+    fn severities(watch: &mut StorageWatch, report: &StorageReport) -> Vec<Severity> {
+        watch.note(report).into_iter().map(|note| note.0).collect()
+    }
+
+    #[test]
+    fn each_change_is_reported_once() {
+        let mut watch = StorageWatch::default();
+        for (report, expected) in [
+            (report(1000, 0), vec![]),
+            (report(119, 0), vec![Severity::Warning]),
+            (report(119, 0), vec![]),
+            // Not yet ample.
+            (report(149, 0), vec![]),
+            (report(119, 0), vec![]),
+            (report(150, 0), vec![Severity::Info]),
+            (report(1000, 2), vec![Severity::Error]),
+            (report(1000, 3), vec![]),
+            (report(1000, 0), vec![Severity::Info]),
+            (report(1000, 0), vec![]),
+        ] {
+            assert_eq!(severities(&mut watch, &report), expected, "{report:?}");
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! Visits that the disk did not take, in memory until it does.
+
+use super::connection::RecordTime;
+use super::sweeps::SweepRecord;
+use super::visits::NewVisit;
+use patrold_engine::geometry::View;
+use patrold_engine::novelty::Verdict;
+use patrold_engine::report::NoveltyRecord;
+use std::collections::VecDeque;
+
+/// Visits that are held at most: six rounds of 40 waypoints.
+const MAX_HELD: usize = 240;
+/// Bytes of their sweeps that are held at most; a sweep of the URG-04LX takes 1 to 4 MB.
+const MAX_HELD_BYTES: usize = 128 << 20;
+
+/// A [`NewVisit`] that owns what it has, with its time.
+#[derive(Debug, Clone)]
+pub(super) struct HeldVisit {
+    /// Number within this run of the program.
+    pub(super) number: u64,
+    pub(super) waypoint: String,
+    pub(super) stamp: RecordTime,
+    pub(super) verdict: Verdict,
+    reference_id: Option<i64>,
+    sweep: Option<HeldSweep>,
+    reason: String,
+    d_gmm: Option<f64>,
+    u_th: f64,
+    seed: u64,
+    engine: String,
+    report: String,
+    novelties: Vec<NoveltyRecord>,
+    same_place_m: f64,
+}
+
+#[derive(Debug, Clone)]
+struct HeldSweep {
+    view: Option<View>,
+    raw: Option<Vec<u8>>,
+    quality: String,
+}
+
+impl HeldSweep {
+    fn bytes(&self) -> usize {
+        let view = self.view.as_ref();
+        let points = view.map_or(0, |view| size_of_val(view.points.as_slice()));
+        points + self.raw.as_ref().map_or(0, Vec::len)
+    }
+}
+
+impl HeldVisit {
+    /// As it was to be stored.
+    pub(super) fn visit(&self) -> NewVisit<'_> {
+        NewVisit {
+            waypoint: &self.waypoint,
+            reference_id: self.reference_id,
+            sweep: self.sweep.as_ref().map(|sweep| SweepRecord {
+                view: sweep.view.as_ref(),
+                raw: sweep.raw.as_deref(),
+                quality: &sweep.quality,
+            }),
+            verdict: self.verdict,
+            reason: &self.reason,
+            d_gmm: self.d_gmm,
+            u_th: self.u_th,
+            seed: self.seed,
+            engine: &self.engine,
+            report: &self.report,
+            novelties: &self.novelties,
+            same_place_m: self.same_place_m,
+        }
+    }
+
+    fn is_changed(&self) -> bool {
+        self.verdict == Verdict::Changed
+    }
+}
+
+/// Oldest first.
+#[derive(Debug, Default)]
+pub(super) struct HeldVisits {
+    visits: VecDeque<HeldVisit>,
+    pushed: u64,
+}
+
+impl HeldVisits {
+    /// Holds a visit and returns its number. What is beyond the bounds is dropped: of what is no change the oldest, then of
+    /// changes the newest, so that what began an alarm is kept longest.
+    pub(super) fn push(&mut self, visit: &NewVisit<'_>, stamp: &RecordTime) -> u64 {
+        self.pushed += 1;
+        let sweep = visit.sweep.as_ref().map(|sweep| HeldSweep {
+            view: sweep.view.cloned(),
+            raw: sweep.raw.map(<[u8]>::to_vec),
+            quality: sweep.quality.to_owned(),
+        });
+        self.visits.push_back(HeldVisit {
+            number: self.pushed,
+            waypoint: visit.waypoint.to_owned(),
+            stamp: stamp.clone(),
+            verdict: visit.verdict,
+            reference_id: visit.reference_id,
+            sweep,
+            reason: visit.reason.to_owned(),
+            d_gmm: visit.d_gmm,
+            u_th: visit.u_th,
+            seed: visit.seed,
+            engine: visit.engine.to_owned(),
+            report: visit.report.to_owned(),
+            novelties: visit.novelties.to_vec(),
+            same_place_m: visit.same_place_m,
+        });
+        while self.visits.len() > MAX_HELD {
+            if let Some(at) = self.least_needed(|_| true) {
+                self.visits.remove(at);
+            }
+        }
+        while self.bytes() > MAX_HELD_BYTES {
+            let Some(at) = self.least_needed(|visit| visit.sweep.is_some()) else {
+                break;
+            };
+            self.visits[at].sweep = None;
+        }
+        self.pushed
+    }
+
+    fn least_needed(&self, may_be: impl Fn(&HeldVisit) -> bool) -> Option<usize> {
+        let quiet = |visit: &HeldVisit| may_be(visit) && !visit.is_changed();
+        let oldest_quiet = self.visits.iter().position(quiet);
+        oldest_quiet.or_else(|| self.visits.iter().rposition(may_be))
+    }
+
+    fn bytes(&self) -> usize {
+        let sweeps = self.visits.iter().filter_map(|visit| visit.sweep.as_ref());
+        sweeps.map(HeldSweep::bytes).sum()
+    }
+
+    /// Takes all, to be stored in this order.
+    pub(super) fn take_all(&mut self) -> VecDeque<HeldVisit> {
+        std::mem::take(&mut self.visits)
+    }
+
+    /// Puts back what [`take_all`](Self::take_all) took and the disk did not.
+    pub(super) fn put_back(&mut self, visits: VecDeque<HeldVisit>) {
+        self.visits = visits;
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.visits.len()
+    }
+}
+
+/// Whether an alarm depends on a visit: it or a later one of its waypoint saw a change.
+pub(super) fn precedes_a_change(visit: &HeldVisit, later: &VecDeque<HeldVisit>) -> bool {
+    let of_its_waypoint = |other: &&HeldVisit| other.waypoint == visit.waypoint;
+    visit.is_changed()
+        || later
+            .iter()
+            .filter(of_its_waypoint)
+            .any(HeldVisit::is_changed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{HeldVisits, MAX_HELD, MAX_HELD_BYTES};
+    use crate::store::{NewVisit, RecordTime, SweepRecord};
+    use patrold_engine::novelty::Verdict;
+
+    fn push(held: &mut HeldVisits, verdict: Verdict, raw: &[u8]) -> u64 {
+        let stamp = RecordTime {
+            at: jiff::Timestamp::UNIX_EPOCH,
+            boot_id: "boot".to_owned(),
+        };
+        let visit = NewVisit {
+            waypoint: "hall",
+            reference_id: None,
+            sweep: Some(SweepRecord {
+                view: None,
+                raw: Some(raw),
+                quality: "null",
+            }),
+            verdict,
+            reason: "",
+            d_gmm: None,
+            u_th: 0.001,
+            seed: 7,
+            engine: "{}",
+            report: "{}",
+            novelties: &[],
+            same_place_m: 0.5,
+        };
+        held.push(&visit, &stamp)
+    }
+
+    fn numbers(held: &HeldVisits) -> Vec<u64> {
+        held.visits.iter().map(|visit| visit.number).collect()
+    }
+
+    #[test]
+    fn the_oldest_changes_are_kept_longest() {
+        let mut held = HeldVisits::default();
+        push(&mut held, Verdict::Changed, b"");
+        push(&mut held, Verdict::Quiet, b"");
+        push(&mut held, Verdict::NotObserved, b"");
+        for _ in 3..MAX_HELD {
+            push(&mut held, Verdict::Changed, b"");
+        }
+        assert_eq!(held.len(), MAX_HELD);
+        let last = MAX_HELD as u64;
+        push(&mut held, Verdict::Changed, b"");
+        push(&mut held, Verdict::Changed, b"");
+        let kept: Vec<u64> = [1].into_iter().chain(4..=last + 2).collect();
+        assert_eq!(numbers(&held), kept, "what is no change went first");
+        push(&mut held, Verdict::Changed, b"");
+        assert_eq!(numbers(&held), kept, "then the newest change");
+    }
+
+    #[test]
+    fn sweeps_beyond_the_bound_are_dropped_and_their_verdicts_are_not() {
+        let mut held = HeldVisits::default();
+        let big = vec![0; MAX_HELD_BYTES / 2];
+        push(&mut held, Verdict::Changed, &big);
+        push(&mut held, Verdict::Quiet, &big);
+        push(&mut held, Verdict::Changed, &big);
+        let with_sweep = |held: &HeldVisits| -> Vec<bool> {
+            held.visits
+                .iter()
+                .map(|visit| visit.sweep.is_some())
+                .collect()
+        };
+        assert_eq!(with_sweep(&held), [true, false, true]);
+        push(&mut held, Verdict::Changed, b"a little more");
+        assert_eq!(with_sweep(&held), [true, false, true, false]);
+    }
+}

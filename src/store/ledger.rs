@@ -1,0 +1,188 @@
+//! The store as the service uses it: no verdict is lost because the disk fails. What it does not take is held in memory and
+//! written at the first chance, in order.
+
+use super::connection::{RecordTime, Store};
+use super::error::StoreError;
+use super::held_visits::{HeldVisits, precedes_a_change};
+use super::sweeps::{SweepFiles, SweepRecord};
+use super::visits::{NewVisit, VisitOutcome};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+/// Bytes of evidence that wait in memory at most, beside those of held visits.
+const MAX_WAITING_BYTES: u64 = 128 << 20;
+
+/// A store with what it could not take yet.
+#[derive(Debug)]
+pub struct Ledger {
+    /// Where it goes.
+    pub store: Store,
+    held: HeldVisits,
+    /// Files of sweeps whose rows are stored, oldest first.
+    waiting: VecDeque<(i64, SweepFiles)>,
+}
+
+/// What became of a visit.
+#[derive(Debug)]
+pub enum VisitRecord {
+    /// Its rows are on disk.
+    Stored(VisitOutcome),
+    /// It is held in memory, because of this.
+    Held(StoreError),
+}
+
+/// What became of what was held.
+#[derive(Debug, Default)]
+pub struct RetryResult {
+    /// Visits stored, with their waypoint and time.
+    pub stored: Vec<(String, RecordTime, VisitOutcome)>,
+    /// Visits that will never be stored: their waypoint, time and the reason.
+    pub refused: Vec<(String, RecordTime, StoreError)>,
+    /// Sweeps whose files were written.
+    pub evidence: usize,
+    /// Visits still held.
+    pub held: usize,
+    /// Sweeps whose files still wait.
+    pub waiting: usize,
+    /// Why, where something is left.
+    pub why: Option<StoreError>,
+}
+
+impl Ledger {
+    /// Of an open store.
+    pub fn new(store: Store) -> Self {
+        Self {
+            store,
+            held: HeldVisits::default(),
+            waiting: VecDeque::new(),
+        }
+    }
+
+    /// Stores a visit, after those of its waypoint that are held; holds it where the disk or the database fails.
+    ///
+    /// # Errors
+    /// It can never be stored: its waypoint or its reference is unknown.
+    pub fn record_visit(
+        &mut self,
+        visit: &NewVisit<'_>,
+        stamp: &RecordTime,
+    ) -> Result<VisitRecord, StoreError> {
+        if self.held.len() > 0 {
+            let number = self.held.push(visit, stamp);
+            let (mut outcomes, why) = self.write_held(&mut RetryResult::default());
+            return match (outcomes.remove(&number), why) {
+                (Some(outcome), _) => outcome.map(VisitRecord::Stored),
+                (None, Some(why)) => Ok(VisitRecord::Held(why)),
+                // Unreachable: a visit is stored, refused, or held for a reason.
+                (None, None) => Err(StoreError::UnknownVisit(0)),
+            };
+        }
+        match self.store.record_visit(visit, stamp) {
+            Ok(outcome) => {
+                self.keep_evidence(visit, &outcome);
+                Ok(VisitRecord::Stored(outcome))
+            }
+            Err(why) if why.is_of_storage() => {
+                self.held.push(visit, stamp);
+                Ok(VisitRecord::Held(why))
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Tries to write what is held: visits, then evidence.
+    pub fn retry(&mut self) -> RetryResult {
+        let mut result = RetryResult::default();
+        let (_, why) = self.write_held(&mut result);
+        result.why = why;
+        while let Some((sweep_id, files)) = self.waiting.pop_front() {
+            match self.store.write_evidence_again(sweep_id, &files) {
+                Ok(()) => result.evidence += 1,
+                Err(error) => {
+                    self.waiting.push_front((sweep_id, files));
+                    result.why.get_or_insert(error);
+                    break;
+                }
+            }
+        }
+        result.held = self.held.len();
+        result.waiting = self.waiting.len();
+        result
+    }
+
+    /// Closes the database.
+    pub fn close(self) {
+        self.store.close();
+    }
+
+    /// Whether [`retry`](Self::retry) has anything to do.
+    pub fn is_behind(&self) -> bool {
+        self.held.len() > 0 || !self.waiting.is_empty()
+    }
+
+    /// Writes held visits in their order. Where only the reserve is left, a waypoint's visits before its last change are
+    /// written too, because what a change means depends on them; the rest waits.
+    fn write_held(
+        &mut self,
+        result: &mut RetryResult,
+    ) -> (
+        BTreeMap<u64, Result<VisitOutcome, StoreError>>,
+        Option<StoreError>,
+    ) {
+        let mut outcomes = BTreeMap::new();
+        let mut left = VecDeque::new();
+        let mut blocked = BTreeSet::new();
+        let mut why: Option<StoreError> = None;
+        let mut queue = self.held.take_all();
+        while let Some(held) = queue.pop_front() {
+            let only_space = why.as_ref().is_none_or(StoreError::is_lack_of_space);
+            if !only_space || blocked.contains(&held.waypoint) {
+                left.push_back(held);
+                continue;
+            }
+            let may_use_reserve = precedes_a_change(&held, &queue);
+            let visit = held.visit();
+            let recorded = self
+                .store
+                .record_visit_with(&visit, &held.stamp, may_use_reserve);
+            match recorded {
+                Ok(outcome) => {
+                    self.keep_evidence(&visit, &outcome);
+                    let stored = (held.waypoint.clone(), held.stamp.clone(), outcome.clone());
+                    result.stored.push(stored);
+                    outcomes.insert(held.number, Ok(outcome));
+                }
+                Err(error) if error.is_of_storage() => {
+                    blocked.insert(held.waypoint.clone());
+                    why = Some(error);
+                    left.push_back(held);
+                }
+                Err(error) => {
+                    let refused = StoreError::NotKept {
+                        what: format!("a visit of {}", held.waypoint),
+                        why: "its waypoint or reference went while it was held",
+                    };
+                    let of = (held.waypoint.clone(), held.stamp.clone(), refused);
+                    result.refused.push(of);
+                    outcomes.insert(held.number, Err(error));
+                }
+            }
+        }
+        self.held.put_back(left);
+        (outcomes, why)
+    }
+
+    /// Keeps the files of a sweep that could not be written. Beyond the bound they are not kept: the first evidence of an
+    /// alarm matters most.
+    fn keep_evidence(&mut self, visit: &NewVisit<'_>, outcome: &VisitOutcome) {
+        let files = visit.sweep.as_ref().map(SweepRecord::files);
+        let (Some(sweep_id), Some(files), Some(_)) =
+            (outcome.sweep_id, files, &outcome.evidence_missing)
+        else {
+            return;
+        };
+        let waiting: u64 = self.waiting.iter().map(|(_, files)| files.bytes()).sum();
+        if waiting + files.bytes() <= MAX_WAITING_BYTES {
+            self.waiting.push_back((sweep_id, files));
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! The upkeep of the store while the service runs: at its start, and then every few seconds.
+
+use super::error::StoreError;
+use super::ledger::{Ledger, RetryResult};
+use super::space::DiskSpace;
+
+/// What the start of a service found in the store.
+#[derive(Debug, Default)]
+pub struct StoreStart {
+    /// Half-written files deleted.
+    pub half_written: usize,
+    /// Sweeps whose files were never written.
+    pub evidence_missing: usize,
+    /// What could not be done; the service runs all the same.
+    pub failures: Vec<StoreError>,
+}
+
+/// What the upkeep found and did.
+#[derive(Debug)]
+pub struct StorageReport {
+    /// What was held.
+    pub retry: RetryResult,
+    /// Room on the disk.
+    pub space: Result<DiskSpace, StoreError>,
+}
+
+impl Ledger {
+    /// Puts the store in order before the first visit. Only for the holder of the service's lock.
+    pub fn start(&mut self) -> StoreStart {
+        let mut start = StoreStart::default();
+        match self.store.delete_half_written() {
+            Ok(deleted) => start.half_written = deleted.sweeps,
+            Err(error) => start.failures.push(error),
+        }
+        match self.store.settle_evidence() {
+            Ok(missing) => start.evidence_missing = missing,
+            Err(error) => start.failures.push(error),
+        }
+        start
+    }
+
+    /// Writes what is held, takes the reserve where it is not held, looks how much room there is.
+    pub fn maintain(&mut self) -> StorageReport {
+        let retry = self.retry();
+        // Where the disk is full it is tried again next time; where it fails, `retry` and the visits say so.
+        let _ = self.store.hold_reserve();
+        StorageReport {
+            retry,
+            space: self.store.disk_space(),
+        }
+    }
+}
