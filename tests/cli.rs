@@ -36,3 +36,5 @@ mod reference_mixture;
 mod reproduce;
 #[path = "cli/schemas.rs"]
 mod schemas;
+#[path = "cli/store.rs"]
+mod store;

@@ -2,8 +2,8 @@
 
 use super::failure::CommandResult;
 use super::{
-    alarms, calibrate, compare, config, demo, devices, distance, emulate, evaluate, fit, fuse,
-    rejudge, reproduce, run as run_command, shapes, sweep, teach, visit, waypoints,
+    alarms, backup, calibrate, compare, config, demo, devices, distance, emulate, evaluate, fit,
+    fuse, rejudge, reproduce, run as run_command, shapes, store, sweep, teach, visit, waypoints,
 };
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -62,6 +62,16 @@ enum CliCommand {
     Waypoints(waypoints::WaypointsArgs),
     /// List, show, acknowledge or export alarms
     Alarms(alarms::AlarmsArgs),
+    /// Check the store, or make its database anew from the journal
+    Store(store::StoreArgs),
+    /// Copy the store to folder DIR; the service may run
+    ///
+    /// Run again it copies what is missing there. At the end the copy is checked.
+    Backup(backup::BackupArgs),
+    /// Make the store what the backup in folder DIR is; the service must not run
+    ///
+    /// The old database is kept under another name, and no evidence file is deleted.
+    Restore(backup::BackupArgs),
     /// Measure how often the engine is right, on simulated pairs of sweeps
     Evaluate(evaluate::EvaluateArgs),
     /// Repeat the experiments of the paper and print its tables beside ours
@@ -89,6 +99,9 @@ pub fn run(cli: Cli) -> ExitCode {
         CliCommand::Config(args) => config::run(args),
         CliCommand::Waypoints(args) => waypoints::run(args),
         CliCommand::Alarms(args) => alarms::run(args),
+        CliCommand::Store(args) => store::run(args),
+        CliCommand::Backup(args) => backup::back_up(args),
+        CliCommand::Restore(args) => backup::restore(args),
         CliCommand::Evaluate(args) => evaluate::run(args),
         CliCommand::Reproduce(args) => reproduce::run(args),
         CliCommand::Rejudge(args) => rejudge::run(args),

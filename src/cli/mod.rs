@@ -14,6 +14,7 @@
 mod alarm_report;
 mod alarms;
 mod args;
+mod backup;
 mod calibrate;
 mod calibration_report;
 mod client;
@@ -40,6 +41,7 @@ mod scenes;
 mod shapes;
 mod signals;
 mod stopwatch;
+mod store;
 mod sweep;
 mod table;
 mod teach;

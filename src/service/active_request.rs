@@ -156,11 +156,14 @@ impl ActiveRequest {
             novelties,
             same_place_m: settings.alarms.same_place_m,
         };
-        let recorded = ledger.record_visit(&visit, now)?;
-        let (outcome, held) = match &recorded {
-            VisitRecord::Stored(outcome) => (Some(outcome), None),
-            VisitRecord::Held(why) => (None, Some(why)),
+        let (outcome, held) = match ledger.record_visit(&visit, now) {
+            Ok(VisitRecord::Stored(outcome)) => (Some(outcome), None),
+            Ok(VisitRecord::Held(why)) => (None, Some(why)),
+            // A lost database: there is no row to write to, and still an answer.
+            Err(why @ StoreError::UnknownWaypoint { .. }) if finding.is_none() => (None, Some(why)),
+            Err(error) => return Err(error),
         };
+        let outcome = outcome.as_ref();
         let version = self.reference.as_ref().map_or(0, |r| r.version);
         Ok(ServiceReply::Visit(Box::new(VisitReply {
             waypoint: waypoint.clone(),
@@ -168,7 +171,7 @@ impl ActiveRequest {
             reason: reason.to_owned(),
             visit_id: outcome.map(|outcome| outcome.visit_id),
             stored: outcome.is_some(),
-            not_stored_because: held.map(ToString::to_string),
+            not_stored_because: held.as_ref().map(ToString::to_string),
             evidence_missing_because: outcome.and_then(|o| o.evidence_missing.clone()),
             alarm: outcome.and_then(alarm_reply),
             cleared: outcome.map(|o| o.cleared.clone()).unwrap_or_default(),

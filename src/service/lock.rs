@@ -5,15 +5,19 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, Write as _};
 use std::path::Path;
 
+/// Held by whoever may change a store as a whole.
 #[derive(Debug)]
-pub(super) struct StoreLock {
+pub struct StoreLock {
     /// Locked as long as it is open.
     _file: File,
 }
 
 impl StoreLock {
     /// Creates `dir` where it is missing.
-    pub(super) fn acquire(dir: &Path) -> Result<Self, ServiceError> {
+    ///
+    /// # Errors
+    /// Another process holds it, or the file cannot be used.
+    pub fn acquire(dir: &Path) -> Result<Self, ServiceError> {
         let path = dir.join("patrold.lock");
         let unusable = |source| ServiceError::LockFile {
             path: path.clone(),

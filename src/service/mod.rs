@@ -26,6 +26,7 @@ mod wall_clock;
 
 pub use api::SWEEP_INFO_HEADER;
 pub use error::ServiceError;
+pub use lock::StoreLock;
 pub use logging::LogLevelHandle;
 pub use message::ServiceCommand;
 pub use record_time::record_time_now;

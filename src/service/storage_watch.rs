@@ -8,6 +8,7 @@ use crate::store::{StorageReport, StoreStart};
 pub(super) struct StorageWatch {
     is_behind: bool,
     is_low: bool,
+    journal_fails: bool,
 }
 
 type Note = (Severity, String);
@@ -21,6 +22,13 @@ impl StorageWatch {
                 start.evidence_missing
             );
             notes.push((Severity::Warning, text));
+        }
+        if let Some(files) = start.lost_files {
+            let text = format!(
+                "the database was lost or set back: it does not know what is in the journal and in {files} evidence files; \
+                 nothing is deleted; stop the service and run patrold store rebuild"
+            );
+            notes.push((Severity::Error, text));
         }
         let failures = start.failures.iter();
         notes.extend(failures.map(|failure| (Severity::Error, failure.to_string())));
@@ -57,6 +65,11 @@ impl StorageWatch {
             notes.push((Severity::Info, text));
         }
         self.is_behind = is_behind;
+        if let (Some(why), false) = (&report.journal_error, self.journal_fails) {
+            let text = format!("the journal is not up to date: {why}");
+            notes.push((Severity::Error, text));
+        }
+        self.journal_fails = report.journal_error.is_some();
         notes.extend(self.note_space(report));
         notes
     }
@@ -90,13 +103,14 @@ mod tests {
     use crate::store::{DiskSpace, RetryResult, StorageReport, StoreError};
 
     /// Room for this many visits, beside the reserve of 16 MiB.
-    fn report(visits: u64, held: usize) -> StorageReport {
+    fn report(visits: u64, held: usize, journal_error: Option<&str>) -> StorageReport {
         StorageReport {
             retry: RetryResult {
                 held,
                 why: (held > 0).then_some(StoreError::UnknownAlarm(7)),
                 ..RetryResult::default()
             },
+            journal_error: journal_error.map(str::to_owned),
             space: Ok(DiskSpace {
                 free_bytes: (16 << 20) + visits * 1000,
                 visit_bytes: 1000,
@@ -112,17 +126,22 @@ mod tests {
     fn each_change_is_reported_once() {
         let mut watch = StorageWatch::default();
         for (report, expected) in [
-            (report(1000, 0), vec![]),
-            (report(119, 0), vec![Severity::Warning]),
-            (report(119, 0), vec![]),
+            (report(1000, 0, None), vec![]),
+            (report(119, 0, None), vec![Severity::Warning]),
+            (report(119, 0, None), vec![]),
             // Not yet ample.
-            (report(149, 0), vec![]),
-            (report(119, 0), vec![]),
-            (report(150, 0), vec![Severity::Info]),
-            (report(1000, 2), vec![Severity::Error]),
-            (report(1000, 3), vec![]),
-            (report(1000, 0), vec![Severity::Info]),
-            (report(1000, 0), vec![]),
+            (report(149, 0, None), vec![]),
+            (report(119, 0, None), vec![]),
+            (report(150, 0, None), vec![Severity::Info]),
+            (report(1000, 2, None), vec![Severity::Error]),
+            (report(1000, 3, None), vec![]),
+            (
+                report(1000, 0, Some("full")),
+                vec![Severity::Info, Severity::Error],
+            ),
+            (report(1000, 0, Some("full")), vec![]),
+            (report(1000, 0, None), vec![]),
+            (report(1000, 0, Some("full")), vec![Severity::Error]),
         ] {
             assert_eq!(severities(&mut watch, &report), expected, "{report:?}");
         }

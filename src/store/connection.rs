@@ -3,6 +3,8 @@
 use super::blob_files::BlobFiles;
 use super::disk::{Disk, SystemDisk, TransactionStep};
 use super::error::StoreError;
+use super::journal_position::note_journal_ahead;
+use super::journal_tables::{journal_path, watch_tables};
 use super::reserve::{RESERVE_BYTES, Reserve};
 use rusqlite::{Connection, OpenFlags, Transaction, TransactionBehavior, ffi};
 use rusqlite_migration::{M, MigrationDefinitionError, Migrations};
@@ -41,6 +43,9 @@ pub(super) fn time_text(at: jiff::Timestamp) -> String {
 pub struct Store {
     db: Connection,
     path: PathBuf,
+    journal_path: PathBuf,
+    /// Why the last changes are not in the journal yet.
+    journal_error: Option<StoreError>,
     pub(super) disk: Arc<dyn Disk>,
     pub(super) files: BlobFiles,
     pub(super) reserve: Reserve,
@@ -63,15 +68,9 @@ impl Store {
         let files = BlobFiles::create(dir, Arc::clone(&disk))?;
         let path = database_path(dir);
         let opened = || -> Result<Connection, StoreError> {
-            let mut db = Connection::open(&path)?;
-            db.busy_timeout(BUSY_TIMEOUT)?;
-            check_owner(&db, &path)?;
-            db.pragma_update(None, "journal_mode", "WAL")?;
-            db.pragma_update(None, "synchronous", "FULL")?;
-            db.pragma_update(None, "foreign_keys", "ON")?;
-            migrations()
-                .to_latest(&mut db)
-                .map_err(|e| migration_error(e, &path))?;
+            let mut db = open_database(&path)?;
+            watch_tables(&mut db)?;
+            note_journal_ahead(&db, &journal_path(dir))?;
             Ok(db)
         };
         let db = opened().map_err(|error| error.with_path(&path))?;
@@ -82,6 +81,8 @@ impl Store {
         Self {
             db,
             path: database_path(dir),
+            journal_path: journal_path(dir),
+            journal_error: None,
             files,
             reserve: Reserve::new(dir, Arc::clone(&disk)),
             disk,
@@ -145,7 +146,9 @@ impl Store {
         run: impl FnOnce(&Transaction<'_>) -> Result<T, StoreError>,
     ) -> Result<T, StoreError> {
         self.check_space(0)?;
-        self.write(run)
+        let done = self.write(run)?;
+        self.append_to_journal();
+        Ok(done)
     }
 
     /// As [`transaction`](Self::transaction), for an alarm and what people do with it: it may use the reserve. `run` is
@@ -154,10 +157,35 @@ impl Store {
         &mut self,
         run: impl Fn(&Transaction<'_>) -> Result<T, StoreError>,
     ) -> Result<T, StoreError> {
+        let done = self.write_with_reserve(run)?;
+        self.append_to_journal();
+        Ok(done)
+    }
+
+    /// As [`transaction_with_reserve`](Self::transaction_with_reserve); the journal follows with the next change.
+    pub(super) fn write_with_reserve<T>(
+        &mut self,
+        run: impl Fn(&Transaction<'_>) -> Result<T, StoreError>,
+    ) -> Result<T, StoreError> {
         match self.write(&run) {
             Err(error) if error.is_lack_of_space() && self.reserve.release() => self.write(&run),
             done => done,
         }
+    }
+
+    /// Appends what changed to the journal. A failure is no failure of the change: the rows stay noted in the database, and
+    /// the next change or the upkeep appends them.
+    pub(super) fn append_to_journal(&mut self) {
+        self.journal_error = self.write_journal().err();
+    }
+
+    /// Why the last changes are not in the journal yet; `None`: they are.
+    pub fn journal_error(&self) -> Option<&StoreError> {
+        self.journal_error.as_ref()
+    }
+
+    pub(super) fn journal_path(&self) -> &Path {
+        &self.journal_path
     }
 
     /// Fails where `bytes` more would need the space that is kept for alarms.
@@ -200,13 +228,12 @@ impl Store {
     /// write-ahead log, which is as good.
     pub fn close(self) {
         // Fails, without harm, while another program reads.
-        let _ = self
-            .db
-            .pragma_query(None, "wal_checkpoint(TRUNCATE)", |_| Ok(()));
+        let _ = write_back(&self.db);
         let _ = self.db.close();
     }
 
-    fn write<T>(
+    /// Runs one write transaction, whatever is left of the disk; the journal follows with the next change.
+    pub(super) fn write<T>(
         &mut self,
         run: impl FnOnce(&Transaction<'_>) -> Result<T, StoreError>,
     ) -> Result<T, StoreError> {
@@ -229,8 +256,27 @@ impl Store {
     }
 }
 
-fn database_path(dir: &Path) -> PathBuf {
+pub(super) fn database_path(dir: &Path) -> PathBuf {
     dir.join("patrold.db")
+}
+
+/// Writes the write-ahead log back into the database and empties it.
+pub(super) fn write_back(db: &Connection) -> rusqlite::Result<()> {
+    db.query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |_| Ok(()))
+}
+
+/// Opens or creates the database at `path` and migrates it.
+pub(super) fn open_database(path: &Path) -> Result<Connection, StoreError> {
+    let mut db = Connection::open(path)?;
+    db.busy_timeout(BUSY_TIMEOUT)?;
+    check_owner(&db, path)?;
+    db.pragma_update(None, "journal_mode", "WAL")?;
+    db.pragma_update(None, "synchronous", "FULL")?;
+    db.pragma_update(None, "foreign_keys", "ON")?;
+    migrations()
+        .to_latest(&mut db)
+        .map_err(|e| migration_error(e, path))?;
+    Ok(db)
 }
 
 /// Each is one transaction: it is applied as a whole or not at all.

@@ -31,6 +31,26 @@ pub enum StoreError {
         /// Where it was expected.
         path: PathBuf,
     },
+    /// There is nothing to rebuild a database from.
+    #[error("{}: no journal here; restore a backup: patrold restore DIR", path.display())]
+    NoJournal {
+        /// Where it was expected.
+        path: PathBuf,
+    },
+    /// A backup whose database is damaged.
+    #[error("{}: the database of this backup is damaged: {why}; take another one", path.display())]
+    BadBackup {
+        /// Its folder.
+        path: PathBuf,
+        /// The first error that SQLite found.
+        why: String,
+    },
+    /// The database does not know what the files belong to.
+    #[error("no reference, {files} evidence files; run patrold store rebuild")]
+    DatabaseLost {
+        /// Evidence files.
+        files: usize,
+    },
     /// The database belongs to another program.
     #[error("{}: not a patrold database (application id {got:#x}); set store.dir to another folder", path.display())]
     Foreign {

@@ -23,7 +23,7 @@ impl Store {
             Err(error) => ("missing", Some(error.to_string())),
         };
         // Where this fails the row says `pending`, which the next start settles.
-        let marked = self.transaction(|change| mark(change, sweep_id, state, why.as_deref()));
+        let marked = self.mark_evidence(sweep_id, state, why.as_deref());
         written.and(marked)
     }
 
@@ -74,22 +74,25 @@ impl Store {
                 None => ("stored", None),
                 Some(_) => ("missing", Some("patrold was stopped before it was written")),
             };
-            self.transaction(|change| mark(change, id, state, why))?;
+            self.mark_evidence(id, state, why)?;
             missing += usize::from(unread.is_some());
         }
         Ok(missing)
     }
-}
 
-fn mark(
-    change: &rusqlite::Transaction<'_>,
-    sweep_id: i64,
-    state: &str,
-    why: Option<&str>,
-) -> Result<(), StoreError> {
-    change.execute(
-        "UPDATE sweep SET evidence = ?2, evidence_why = ?3 WHERE id = ?1",
-        params![sweep_id, state, why],
-    )?;
-    Ok(())
+    pub(super) fn mark_evidence(
+        &mut self,
+        sweep_id: i64,
+        state: &str,
+        why: Option<&str>,
+    ) -> Result<(), StoreError> {
+        self.check_space(0)?;
+        self.write(|change| {
+            change.execute(
+                "UPDATE sweep SET evidence = ?2, evidence_why = ?3 WHERE id = ?1",
+                params![sweep_id, state, why],
+            )?;
+            Ok(())
+        })
+    }
 }

@@ -80,6 +80,11 @@ impl Store {
                 why: "its sweep could not be assembled; teach it again",
             });
         }
+        // Its waypoint may be in the journal under the same name.
+        if self.changes_lost()? > 0 {
+            let files = self.count_files()?;
+            return Err(StoreError::DatabaseLost { files });
+        }
         let files = new.sweep.files();
         self.check_space(files.bytes())?;
         files.write(&self.files)?;
@@ -96,8 +101,16 @@ impl Store {
             newest.ok_or_else(|| StoreError::NoReference {
                 name: waypoint.to_owned(),
             })
-        })?;
-        self.reference_by_id(id)
+        });
+        match id {
+            Err(StoreError::UnknownWaypoint { .. } | StoreError::NoReference { .. })
+                if self.is_lost()? =>
+            {
+                let files = self.count_files()?;
+                Err(StoreError::DatabaseLost { files })
+            }
+            id => self.reference_by_id(id?),
+        }
     }
 
     /// A version of a waypoint's reference, also of a forgotten waypoint.

@@ -11,6 +11,8 @@ pub struct StoreStart {
     pub half_written: usize,
     /// Sweeps whose files were never written.
     pub evidence_missing: usize,
+    /// Evidence files of a store whose database was lost.
+    pub lost_files: Option<usize>,
     /// What could not be done; the service runs all the same.
     pub failures: Vec<StoreError>,
 }
@@ -20,6 +22,8 @@ pub struct StoreStart {
 pub struct StorageReport {
     /// What was held.
     pub retry: RetryResult,
+    /// Why the last changes are not in the journal.
+    pub journal_error: Option<String>,
     /// Room on the disk.
     pub space: Result<DiskSpace, StoreError>,
 }
@@ -36,6 +40,11 @@ impl Ledger {
             Ok(missing) => start.evidence_missing = missing,
             Err(error) => start.failures.push(error),
         }
+        match self.store.is_lost() {
+            Ok(true) => start.lost_files = self.store.count_files().ok(),
+            Ok(false) => {}
+            Err(error) => start.failures.push(error),
+        }
         start
     }
 
@@ -44,8 +53,10 @@ impl Ledger {
         let retry = self.retry();
         // Where the disk is full it is tried again next time; where it fails, `retry` and the visits say so.
         let _ = self.store.hold_reserve();
+        self.store.append_to_journal();
         StorageReport {
             retry,
+            journal_error: self.store.journal_error().map(ToString::to_string),
             space: self.store.disk_space(),
         }
     }

@@ -111,14 +111,16 @@ impl Store {
         let files = visit.sweep.as_ref().map(SweepRecord::files);
         let rows = |change: &Transaction<'_>| insert_rows(change, visit, files.as_ref(), stamp);
         let mut outcome = if may_use_reserve {
-            self.transaction_with_reserve(rows)?
+            self.write_with_reserve(rows)?
         } else {
-            self.transaction(rows)?
+            self.check_space(0)?;
+            self.write(rows)?
         };
         if let (Some(sweep_id), Some(files)) = (outcome.sweep_id, &files) {
             let written = self.write_evidence(sweep_id, files);
             outcome.evidence_missing = written.err().map(|error| error.to_string());
         }
+        self.append_to_journal();
         Ok(outcome)
     }
 

@@ -93,8 +93,9 @@ fn a_visit_and_an_acknowledgement_sync_all_that_they_write() {
         "sync of a folder",
     ];
     let transaction = ["Begin", "Commit"];
-    let visit = [&transaction[..], &file, &file, &transaction].concat();
-    assert_eq!(steps(), [&visit[..], &transaction].concat());
+    let journal = ["Begin", "open to append", "write", "sync", "Commit"];
+    let visit = [&transaction[..], &file, &file, &transaction, &journal].concat();
+    assert_eq!(steps(), [&visit[..], &transaction, &journal].concat());
 }
 
 /// Words that only the error of this fault has.

@@ -1,0 +1,197 @@
+//! Backup and restore: the database by SQLite's online backup, then the evidence files that the other side does not have,
+//! then the journal as far as that database knows it. Run again it continues.
+
+use super::blob_files::BlobFiles;
+use super::check::StoreCheck;
+use super::connection::{RecordTime, Store, database_path};
+use super::disk::{Disk, SystemDisk};
+use super::error::StoreError;
+use super::journal_line::{JournalLine, read_lines};
+use super::journal_tables::journal_path;
+use super::replace_database::{aside, put_in_place, remove_database, rename};
+use rusqlite::backup::Backup;
+use rusqlite::{Connection, OptionalExtension};
+use serde::Serialize;
+use std::fs::File;
+use std::io::{self, BufReader};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// What a backup or a restore copied.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+pub struct BackupResult {
+    /// Evidence files copied.
+    pub copied_files: usize,
+    /// Bytes of these.
+    pub copied_bytes: u64,
+    /// Evidence files that were there already.
+    pub present_files: usize,
+    /// Evidence files that are damaged at their source; they are not copied.
+    pub damaged_files: usize,
+    /// Where the replaced database is now; null: there was none, or for a backup.
+    pub old_database: Option<PathBuf>,
+    /// What a check of the result found.
+    pub check: StoreCheck,
+}
+
+impl Store {
+    /// Copies the store to the folder `to`, which is created, or is an older backup. The service may run. `progress` is called
+    /// with the number of evidence files done and of all.
+    ///
+    /// # Errors
+    /// The disk or the database fails; a part may be copied, and a backup that was there is as it was or newer.
+    pub fn back_up(
+        &self,
+        to: &Path,
+        mut progress: impl FnMut(usize, usize),
+    ) -> Result<BackupResult, StoreError> {
+        let disk: Arc<dyn Disk> = Arc::new(SystemDisk);
+        let files = BlobFiles::create(to, Arc::clone(&disk))?;
+        let new = to.join("patrold.db.new");
+        remove_database(&new);
+        self.copy_database(&new)?;
+        let database = database_path(to);
+        remove_database(&database);
+        rename(&new, &database)?;
+        sync_folder(&*disk, to)?;
+        // After the database: every file that it names is there.
+        let mut result = self.copy_files(&files, &mut progress)?;
+        copy_journal(self.journal_path(), &database, &journal_path(to), &*disk)?;
+        result.check = Self::open_for_reading(to)?.check(|_, _| ())?;
+        Ok(result)
+    }
+
+    /// Makes the store in `dir` what the backup in `from` is. The old database and its journal are kept under other names,
+    /// and so are evidence files that the backup does not have. Only for the holder of the service's lock.
+    ///
+    /// # Errors
+    /// The backup is none or is damaged, or the disk fails; the store is as it was then.
+    pub fn restore(
+        dir: &Path,
+        from: &Path,
+        stamp: &RecordTime,
+        mut progress: impl FnMut(usize, usize),
+    ) -> Result<BackupResult, StoreError> {
+        let backup = Self::open_for_reading(from)?;
+        if let Some(error) = backup.check(|_, _| ())?.database_errors.first() {
+            return Err(StoreError::BadBackup {
+                path: from.to_owned(),
+                why: error.clone(),
+            });
+        }
+        let disk: Arc<dyn Disk> = Arc::new(SystemDisk);
+        let files = BlobFiles::create(dir, Arc::clone(&disk))?;
+        // First, because it takes long and changes nothing.
+        let mut result = backup.copy_files(&files, &mut progress)?;
+        let new = dir.join("patrold.db.restore");
+        remove_database(&new);
+        backup.copy_database(&new)?;
+        let journal = journal_path(dir);
+        let new_journal = dir.join("journal.restore");
+        copy_journal(backup.journal_path(), &new, &new_journal, &*disk)?;
+        if journal.exists() {
+            rename(&journal, &aside(&journal, "restore", stamp))?;
+        }
+        rename(&new_journal, &journal)?;
+        result.old_database = put_in_place(dir, &new, "restore", stamp)?;
+        sync_folder(&*disk, dir)?;
+        let restored = Self::open(dir)?;
+        result.check = restored.check(|_, _| ())?;
+        restored.close();
+        Ok(result)
+    }
+
+    fn copy_database(&self, to: &Path) -> Result<(), StoreError> {
+        self.query(|db| {
+            let mut copy = Connection::open(to)?;
+            // All pages at once: one snapshot, whatever is written meanwhile.
+            Backup::new(db, &mut copy)?.step(-1)?;
+            copy.pragma_update(None, "journal_mode", "DELETE")?;
+            copy.close().map_err(|(_, error)| error)?;
+            Ok(())
+        })?;
+        let synced = File::open(to).and_then(|file| file.sync_all());
+        synced.map_err(|source| StoreError::File {
+            path: to.to_owned(),
+            source,
+        })
+    }
+
+    fn copy_files(
+        &self,
+        to: &BlobFiles,
+        progress: &mut impl FnMut(usize, usize),
+    ) -> Result<BackupResult, StoreError> {
+        let names = self.files.names()?;
+        let mut result = BackupResult::default();
+        for (done, name) in names.iter().enumerate() {
+            progress(done, names.len());
+            if to.get(name).is_ok() {
+                result.present_files += 1;
+                continue;
+            }
+            match self.files.get(name) {
+                Ok(bytes) => {
+                    to.put(&bytes)?;
+                    result.copied_files += 1;
+                    result.copied_bytes += bytes.len() as u64;
+                }
+                Err(StoreError::Changed { .. }) => result.damaged_files += 1,
+                // Retention deleted it meanwhile.
+                Err(StoreError::File { source, .. })
+                    if source.kind() == io::ErrorKind::NotFound => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(result)
+    }
+}
+
+/// Copies the lines of a journal that the database at `database` knows: those after its last change belong to a later state.
+fn copy_journal(
+    from: &Path,
+    database: &Path,
+    to: &Path,
+    disk: &dyn Disk,
+) -> Result<(), StoreError> {
+    let known = || -> rusqlite::Result<i64> {
+        let db = Connection::open(database)?;
+        let sql = "SELECT seq FROM sqlite_sequence WHERE name = 'unjournaled'";
+        let known = db.query_row(sql, [], |row| row.get(0)).optional()?;
+        Ok(known.unwrap_or(0))
+    };
+    let known = known().map_err(|error| StoreError::from(error).with_path(database))?;
+    let copy = || -> io::Result<()> {
+        let temp = to.with_extension("tmp");
+        let mut copy = disk.create(&temp)?;
+        match File::open(from) {
+            Ok(file) => {
+                read_lines(
+                    BufReader::new(file),
+                    |line: JournalLine| -> io::Result<()> {
+                        if line.number > known {
+                            return Ok(());
+                        }
+                        let text = line.to_text().map_err(io::Error::other)?;
+                        copy.write(text.as_bytes())
+                    },
+                )?;
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => return Err(error),
+        }
+        copy.sync()?;
+        disk.rename(&temp, to)
+    };
+    copy().map_err(|source| StoreError::File {
+        path: to.to_owned(),
+        source,
+    })
+}
+
+fn sync_folder(disk: &dyn Disk, dir: &Path) -> Result<(), StoreError> {
+    disk.sync_folder(dir).map_err(|source| StoreError::File {
+        path: dir.to_owned(),
+        source,
+    })
+}
