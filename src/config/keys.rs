@@ -314,6 +314,13 @@ pub const KEYS: &[ConfigKey] = &[
         "Delete the oldest sweeps above this size; the same exceptions stay and are not counted; 0 sets no limit.",
     ),
     key(
+        "store.keep_unnamed_days",
+        Float(0.0, 36500.0),
+        "0.0",
+        "days",
+        "Delete evidence files that no row of the database names (`patrold store check` lists them) when they are older than this; 0 keeps all. They may be all that is left of a lost database.",
+    ),
+    key(
         "alarms.same_place_m",
         Float(0.0, 100.0),
         "0.5",

@@ -105,6 +105,7 @@ fn read_settings(layers: &ConfigLayers) -> Settings {
             dir: PathBuf::from(get.text("store.dir")),
             keep_days: get.float("store.keep_days"),
             keep_gib: get.float("store.keep_gib"),
+            keep_unnamed_days: get.float("store.keep_unnamed_days"),
         },
         alarms: AlarmConfig {
             same_place_m: get.float("alarms.same_place_m"),

@@ -164,6 +164,8 @@ pub struct StoreConfig {
     pub keep_days: f64,
     /// GiB of sweeps above which the oldest are deleted; 0 sets no limit.
     pub keep_gib: f64,
+    /// Days after which a file that no row names is deleted; 0 keeps all.
+    pub keep_unnamed_days: f64,
 }
 
 /// `[alarms]`

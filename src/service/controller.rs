@@ -171,7 +171,7 @@ impl Controller {
         let judging_overdue = self.judging && self.step_started.elapsed() > JUDGE_LIMIT;
         let overdue = judging_overdue
             || self.services.scanner.is_overdue()
-            || self.services.writer.is_overdue();
+            || self.services.writer.is_overdue(Instant::now());
         if overdue && !self.overdue {
             let phase = self.machine.phase();
             tracing::error!("{phase} timed out; watchdog notifications stopped");

@@ -44,11 +44,11 @@ impl StoreLock {
             }
             Err(TryLockError::Error(error)) => return Err(unusable(error)),
         }
-        let written = file
+        // On a full disk only the message of a second service lacks it.
+        let _ = file
             .set_len(0)
             .and_then(|()| file.rewind())
             .and_then(|()| writeln!(file, "{}", std::process::id()));
-        written.map_err(unusable)?;
         Ok(Self { _file: file })
     }
 }

@@ -86,13 +86,13 @@ impl StoreWriter {
         let _ = self.jobs.send(Job { optional, run });
     }
 
-    /// Whether a job hangs.
-    pub(super) fn is_overdue(&self) -> bool {
+    /// Whether a job hangs at `now`.
+    pub(super) fn is_overdue(&self, now: Instant) -> bool {
         let started = *self
             .job_started
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        started.is_some_and(|at| at.elapsed() > STORE_WRITE_LIMIT)
+        started.is_some_and(|at| now.saturating_duration_since(at) > STORE_WRITE_LIMIT)
     }
 
     /// Skips the optional jobs in the queue.
@@ -114,10 +114,10 @@ impl StoreWriter {
 
 #[cfg(test)]
 mod tests {
-    use super::StoreWriter;
+    use super::{STORE_WRITE_LIMIT, StoreWriter};
     use crate::store::{Ledger, Store};
     use std::sync::mpsc;
-    use std::time::Duration;
+    use std::time::{Duration, Instant};
 
     const TIMEOUT: Duration = Duration::from_secs(60);
 
@@ -144,6 +144,36 @@ mod tests {
         release.send(()).expect("the job waits");
         let jobs: Vec<_> = (0..3).map(|_| done.recv_timeout(TIMEOUT)).collect();
         assert_eq!(jobs, [Ok("long"), Ok("verdict"), Ok("last event")]);
+    }
+
+    #[test]
+    fn a_job_that_hangs_is_noticed() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let store = Store::open(dir.path()).expect("store");
+        let writer = StoreWriter::spawn(Ledger::new(store)).expect("a thread");
+        let late = || Instant::now() + STORE_WRITE_LIMIT + TIMEOUT;
+        assert!(!writer.is_overdue(late()), "no job");
+        let before = Instant::now();
+        let (begun, begins) = mpsc::channel();
+        let (release, released) = mpsc::channel::<()>();
+        let (sender, done) = mpsc::channel();
+        writer.submit(
+            move |_| {
+                begun.send(()).expect("the receiver exists");
+                released.recv().expect("released");
+            },
+            |()| (),
+        );
+        writer.submit(
+            |_| (),
+            move |()| sender.send(()).expect("the receiver exists"),
+        );
+        begins.recv_timeout(TIMEOUT).expect("begun");
+        assert!(!writer.is_overdue(before + STORE_WRITE_LIMIT), "not yet");
+        assert!(writer.is_overdue(late()));
+        release.send(()).expect("the job waits");
+        done.recv_timeout(TIMEOUT).expect("the next job");
+        assert!(writer.finish(TIMEOUT));
     }
 
     #[test]

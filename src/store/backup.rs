@@ -8,7 +8,7 @@ use super::disk::{Disk, SystemDisk};
 use super::error::StoreError;
 use super::journal_line::{JournalLine, read_lines};
 use super::journal_tables::journal_path;
-use super::replace_database::{aside, put_in_place, remove_database, rename};
+use super::replace_database::{aside, keep_as, put_in_place, remove_database, rename};
 use rusqlite::backup::Backup;
 use rusqlite::{Connection, OptionalExtension};
 use serde::Serialize;
@@ -89,12 +89,14 @@ impl Store {
         let journal = journal_path(dir);
         let new_journal = dir.join("journal.restore");
         copy_journal(backup.journal_path(), &new, &new_journal, &*disk)?;
+        // The database first: after a stop between both the journal is ahead, which is noticed and loses nothing.
+        result.old_database = put_in_place(dir, &new, "restore", stamp)?;
         if journal.exists() {
-            rename(&journal, &aside(&journal, "restore", stamp))?;
+            keep_as(&journal, &aside(&journal, "restore", stamp))?;
         }
         rename(&new_journal, &journal)?;
-        result.old_database = put_in_place(dir, &new, "restore", stamp)?;
         sync_folder(&*disk, dir)?;
+        sync_folder(&*disk, &dir.join("blobs"))?;
         let restored = Self::open(dir)?;
         result.check = restored.check(|_, _| ())?;
         restored.close();

@@ -152,6 +152,12 @@ impl BlobFiles {
         read().map_err(|e| self.error(&self.dir, e))
     }
 
+    /// When the file `name` was written; `None`: it does not exist, or the system does not know.
+    pub(super) fn written_at(&self, name: &str) -> Option<jiff::Timestamp> {
+        let written = fs::metadata(self.dir.join(name)).ok()?.modified().ok()?;
+        jiff::Timestamp::try_from(written).ok()
+    }
+
     /// Size of the file `name` in bytes, 0 if it does not exist.
     pub(super) fn size(&self, name: &str) -> u64 {
         fs::metadata(self.dir.join(name)).map_or(0, |m| m.len())

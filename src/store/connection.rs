@@ -73,7 +73,15 @@ impl Store {
             note_journal_ahead(&db, &journal_path(dir))?;
             Ok(db)
         };
-        let db = opened().map_err(|error| error.with_path(&path))?;
+        let db = match opened() {
+            // SQLite needs some room even to open: what is kept for alarms is of no use to a store that does not.
+            Err(error) if error.is_lack_of_space() => {
+                Reserve::new(dir, Arc::clone(&disk)).release();
+                opened()
+            }
+            done => done,
+        };
+        let db = db.map_err(|error| error.with_path(&path))?;
         Ok(Self::from_parts(dir, db, files, disk))
     }
 

@@ -174,6 +174,15 @@ impl StoreError {
         }
     }
 
+    /// Whether a file is gone or damaged for good, and reading it again is of no use.
+    pub(super) fn is_of_the_file(&self) -> bool {
+        match self {
+            Self::File { source, .. } => source.kind() == io::ErrorKind::NotFound,
+            Self::Changed { .. } => true,
+            _ => false,
+        }
+    }
+
     /// Whether giving back the reserve may help.
     pub(super) fn is_lack_of_space(&self) -> bool {
         match self {

@@ -72,6 +72,8 @@ impl Store {
                 .find_map(|file| self.files.get(file).err());
             let (state, why) = match &unread {
                 None => ("stored", None),
+                // The disk did not let it be read now: the next start settles it.
+                Some(error) if !error.is_of_the_file() => continue,
                 Some(_) => ("missing", Some("patrold was stopped before it was written")),
             };
             self.mark_evidence(id, state, why)?;

@@ -134,6 +134,8 @@ impl Store {
             match (damage, evidence.as_str()) {
                 (None, "stored") | (Some(_), "missing") => {}
                 (None, _) => self.mark_evidence(id, "stored", None)?,
+                // The disk did not let it be read now.
+                (Some(why), _) if !why.is_of_the_file() => {}
                 (Some(why), _) => self.mark_evidence(id, "missing", Some(&why.to_string()))?,
             }
         }

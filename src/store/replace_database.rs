@@ -25,16 +25,30 @@ pub(super) fn put_in_place(
 ) -> Result<Option<PathBuf>, StoreError> {
     let old = database_path(dir);
     let kept = aside(&old, before, stamp);
-    let mut moved = None;
-    for suffix in SUFFIXES {
+    let is_there = old.exists();
+    if is_there {
+        keep_as(&old, &kept)?;
+    }
+    // Its log must not be applied to the new one. A stop right here sets the old one back to its last checkpoint, which the
+    // next start notices by the journal.
+    for suffix in ["-wal", "-shm"] {
         let from = beside(&old, suffix);
         if from.exists() {
             rename(&from, &beside(&kept, suffix))?;
-            moved = Some(kept.clone());
         }
     }
     rename(new, &old)?;
-    Ok(moved)
+    Ok(is_there.then_some(kept))
+}
+
+/// Gives a file a second name, so that replacing it under the first one is a single step.
+pub(super) fn keep_as(path: &Path, kept: &Path) -> Result<(), StoreError> {
+    // Of an attempt in the same second.
+    let _ = fs::remove_file(kept);
+    fs::hard_link(path, kept).map_err(|source| StoreError::File {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 /// Another name for a file that something replaces at that time.

@@ -16,6 +16,8 @@ pub struct Retention {
     pub older_than: Option<jiff::Timestamp>,
     /// Total bytes of the deletable sweeps above which the oldest are deleted.
     pub max_bytes: Option<u64>,
+    /// Files that no row names, written before this, are deleted.
+    pub unnamed_older_than: Option<jiff::Timestamp>,
 }
 
 /// What was deleted.
@@ -103,7 +105,28 @@ impl Store {
             }
             result.sweeps += 1;
         }
+        if let Some(time) = retention.unnamed_older_than {
+            result.bytes += self.delete_unnamed(time)?;
+        }
         Ok(result)
+    }
+
+    /// Not while the database is lost: its rows may name them again.
+    fn delete_unnamed(&self, older_than: jiff::Timestamp) -> Result<u64, StoreError> {
+        let mut bytes = 0;
+        if self.is_lost()? {
+            return Ok(bytes);
+        }
+        for name in self.unnamed_files()? {
+            if self
+                .files
+                .written_at(&name)
+                .is_some_and(|at| at < older_than)
+            {
+                bytes += self.files.delete(&name)?;
+            }
+        }
+        Ok(bytes)
     }
 
     /// Deletes half-written files, left by a stop in the middle of writing. Only for the holder of the service's lock,

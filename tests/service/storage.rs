@@ -115,3 +115,43 @@ fn a_reference_that_cannot_be_read_is_not_observed_and_no_error() {
     assert!(!events(&service).is_empty());
     service.stop();
 }
+
+#[test]
+fn a_service_on_a_lost_database_says_so_and_deletes_nothing() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let (service, _) = start(dir.path());
+    service.visit(AFTER);
+    service.stop();
+    let store = dir.path().join("store");
+    for name in ["patrold.db", "patrold.db-wal", "patrold.db-shm"] {
+        let _ = std::fs::remove_file(store.join(name));
+    }
+    let names = || {
+        let entries = std::fs::read_dir(store.join("blobs")).expect("blobs");
+        let names = entries.map(|entry| entry.expect("an entry").file_name());
+        let mut names: Vec<_> = names.collect();
+        names.sort();
+        names
+    };
+    let before = names();
+    let scanner = ScriptedScanner::new(AFTER);
+    let service = TestService::start(dir.path(), &scanner);
+    let visit = service.visit(AFTER);
+    assert_eq!(
+        (&visit["verdict"], &visit["stored"]),
+        (&"not_observed".into(), &false.into())
+    );
+    let reason = "no reference, 4 evidence files; run patrold store rebuild";
+    assert_eq!(visit["reason"], reason);
+    assert_eq!(
+        scanner.script().sweeps,
+        0,
+        "there is nothing to compare with"
+    );
+    let taught = service.post("/teach", "hall");
+    assert!(taught.error().contains("run patrold store rebuild"));
+    let told = |text: &String| text.contains("the database was lost or set back");
+    assert!(events(&service).iter().any(told));
+    service.stop();
+    assert_eq!(names(), before);
+}

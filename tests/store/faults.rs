@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// Makes a store with two waypoints and a standing alarm at the first; returns the alarm.
-fn store_with_an_alarm(dir: &Path) -> i64 {
+pub(crate) fn store_with_an_alarm(dir: &Path) -> i64 {
     let mut store = Store::open(dir).expect("store");
     teach(&mut store, "hall", 0);
     teach(&mut store, "yard", 1);
@@ -30,8 +30,13 @@ fn ledger_with_an_alarm(dir: &Path) -> (Ledger, FaultyDisk, i64) {
     (ledger, disk, standing)
 }
 
+/// In memory where the system has that: hundreds of stores are synced here, and what a sync does is not what is tested.
+pub(crate) fn fast_dir() -> tempfile::TempDir {
+    tempfile::tempdir_in("/dev/shm").unwrap_or_else(|_| tempfile::tempdir().expect("temp dir"))
+}
+
 /// A copy of the store as a stop at this instant leaves it.
-fn copy_store(from: &Path, to: &Path) {
+pub(crate) fn copy_store(from: &Path, to: &Path) {
     std::fs::create_dir_all(to).expect("folder");
     for entry in std::fs::read_dir(from).expect("a folder") {
         let entry = entry.expect("an entry");
@@ -132,7 +137,7 @@ fn check_all_steps(fault: Fault) {
 
 fn check_fault(template: &Path, standing: i64, fault: Fault, at: usize, lasting: bool) {
     let what = format!("{fault:?} at step {at}, lasting {lasting}");
-    let dir = tempfile::tempdir().expect("temp dir");
+    let dir = fast_dir();
     let (running, killed) = (dir.path().join("running"), dir.path().join("killed"));
     copy_store(template, &running);
     let (mut ledger, disk) = ledger_of(&running);

@@ -15,6 +15,7 @@ use std::path::Path;
 pub(crate) const EVERYTHING: Retention = Retention {
     older_than: Some(jiff::Timestamp::MAX),
     max_bytes: Some(0),
+    unnamed_older_than: None,
 };
 
 pub(crate) fn stamp(second: i64) -> RecordTime {

@@ -3,6 +3,7 @@
 mod alarms;
 #[path = "../harness/faulty_disk.rs"]
 mod faulty_disk;
+mod failing_calls;
 mod faults;
 mod kit;
 mod backup;
@@ -10,4 +11,5 @@ mod rebuild;
 mod mixtures;
 mod records;
 mod retention;
+mod untouched_rows;
 mod upgrade;

@@ -84,7 +84,7 @@ fn full_store(dir: &Path) -> Store {
     store
 }
 
-fn files(dir: &Path) -> Vec<PathBuf> {
+pub(crate) fn files(dir: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(dir.join("blobs")).expect("blobs");
     let mut files: Vec<PathBuf> = entries
         .map(|entry| entry.expect("an entry").path())
@@ -93,7 +93,7 @@ fn files(dir: &Path) -> Vec<PathBuf> {
     files
 }
 
-fn remove_database(dir: &Path) {
+pub(crate) fn remove_database(dir: &Path) {
     for name in ["patrold.db", "patrold.db-wal", "patrold.db-shm"] {
         let _ = fs::remove_file(dir.join(name));
     }

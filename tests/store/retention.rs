@@ -1,7 +1,7 @@
 //! What retention deletes, and what it never does.
 
-use super::kit::{EVERYTHING, novelty_at, stamp, teach, visit};
-use patrold::store::{Retention, Store};
+use super::kit::{EVERYTHING, novelty_at, stamp, teach, view, visit};
+use patrold::store::{Ledger, NewVisit, Retention, Store, SweepRecord};
 use patrold_engine::novelty::Verdict;
 use std::path::Path;
 
@@ -15,6 +15,7 @@ fn retention_keeps_evidence_and_references() {
     let everything = Retention {
         older_than: Some(stamp(1000).at),
         max_bytes: Some(0),
+        unnamed_older_than: None,
     };
     let deleted = store.apply_retention(&everything).expect("retention");
     assert_eq!(deleted.sweeps, 1);
@@ -66,6 +67,7 @@ fn evidence_does_not_count_against_the_size_limit() {
     let limit = |max| Retention {
         older_than: None,
         max_bytes: Some(max),
+        unnamed_older_than: None,
     };
     assert_eq!(
         store
@@ -97,6 +99,7 @@ fn shared_files_count_once() {
     let limit = Retention {
         older_than: None,
         max_bytes: Some(one_sweep),
+        unnamed_older_than: None,
     };
     assert_eq!(store.apply_retention(&limit).expect("fits").sweeps, 0);
 }
@@ -129,6 +132,131 @@ fn references_of_a_forgotten_waypoint_are_deleted_by_age_unless_they_are_evidenc
     let gone = store.reference_by_id(spare).expect_err("gone");
     assert!(gone.to_string().contains("retention"), "{gone}");
     assert!(store.reference_by_id(evidence).is_ok());
+}
+
+/// A visit of the hall whose sweep gave no view, or shares both files with others.
+fn visit_with(
+    store: &mut Store,
+    verdict: Verdict,
+    view_x: Option<f64>,
+    raw: &[u8],
+    second: i64,
+) -> i64 {
+    let reference = store.reference("hall").expect("reference").id;
+    let view = view_x.map(view);
+    let novelties = [novelty_at(1.0)];
+    let visit = NewVisit {
+        waypoint: "hall",
+        reference_id: Some(reference),
+        sweep: Some(SweepRecord {
+            view: view.as_ref(),
+            raw: Some(raw),
+            quality: "null",
+        }),
+        verdict,
+        reason: "test",
+        d_gmm: None,
+        u_th: 0.001,
+        seed: 7,
+        engine: "{}",
+        report: "{}",
+        novelties: if verdict == Verdict::Changed {
+            &novelties
+        } else {
+            &[]
+        },
+        same_place_m: 0.5,
+    };
+    let recorded = store
+        .record_visit(&visit, &stamp(second))
+        .expect("recorded");
+    recorded.visit_id
+}
+
+#[test]
+fn a_file_that_another_row_names_stays() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    teach(&mut store, "hall", 0);
+    let old = visit_with(&mut store, Verdict::Quiet, Some(7.0), b"shared", 10);
+    let new = visit_with(&mut store, Verdict::Quiet, Some(7.0), b"shared", 30);
+    let evidence = visit_with(&mut store, Verdict::Changed, Some(8.0), b"evidence", 40);
+    let like_evidence = visit_with(&mut store, Verdict::NotObserved, Some(8.0), b"evidence", 11);
+    let limit = Retention {
+        older_than: Some(stamp(20).at),
+        max_bytes: None,
+        unnamed_older_than: None,
+    };
+    let deleted = store.apply_retention(&limit).expect("applied");
+    assert_eq!((deleted.sweeps, deleted.bytes), (2, 0));
+    assert!(store.visit(old).is_err() && store.visit(like_evidence).is_err());
+    for kept in [new, evidence] {
+        let visit = store.visit(kept).expect("its files");
+        assert!(visit.view.is_some() && visit.raw.is_some());
+    }
+    store.apply_retention(&EVERYTHING).expect("applied");
+    assert!(store.visit(new).is_err() && store.visit(evidence).is_ok());
+    assert!(store.check(|_, _| ()).expect("checked").unnamed.is_empty());
+}
+
+#[test]
+fn a_sweep_without_a_view_is_kept_and_deleted_as_any_other() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    teach(&mut store, "hall", 0);
+    let spare = visit_with(&mut store, Verdict::NotObserved, None, b"spare", 10);
+    let evidence = visit_with(&mut store, Verdict::Changed, None, b"evidence", 20);
+    store.close();
+    let mut ledger = Ledger::new(Store::open(dir.path()).expect("store"));
+    assert!(ledger.start().failures.is_empty());
+    let store = &mut ledger.store;
+    assert!(
+        store.visit(spare).is_ok() && store.visit(evidence).is_ok(),
+        "after a start"
+    );
+    assert_eq!(
+        store.apply_retention(&EVERYTHING).expect("applied").sweeps,
+        1
+    );
+    assert!(store.visit(spare).is_err());
+    let kept = store.visit(evidence).expect("evidence");
+    assert_eq!(
+        (kept.view, kept.raw.as_deref()),
+        (None, Some(&b"evidence"[..]))
+    );
+}
+
+#[test]
+fn files_that_no_row_names_have_a_retention_of_their_own() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    let stray = dir.path().join("blobs").join("a".repeat(64));
+    let limit = |unnamed_older_than| Retention {
+        unnamed_older_than,
+        ..EVERYTHING
+    };
+    std::fs::write(&stray, b"stray").expect("written");
+    let everything = limit(Some(jiff::Timestamp::MAX));
+    store.apply_retention(&everything).expect("applied");
+    assert!(
+        stray.is_file(),
+        "there is no reference: the database may be lost"
+    );
+    teach(&mut store, "hall", 0);
+    visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10);
+    for keeps in [None, Some(jiff::Timestamp::UNIX_EPOCH)] {
+        store.apply_retention(&limit(keeps)).expect("applied");
+        assert!(stray.is_file(), "{keeps:?}");
+    }
+    assert_eq!(
+        store.apply_retention(&everything).expect("applied").bytes,
+        5
+    );
+    assert!(!stray.exists());
+    assert!(
+        store.check(|_, _| ()).expect("checked").is_sound(),
+        "and no other"
+    );
 }
 
 #[test]

@@ -90,12 +90,18 @@ impl Controller {
     pub(super) fn apply_retention(&mut self) {
         self.retention_due = Instant::now() + RETENTION_INTERVAL;
         let store = &self.settings.store;
-        let age = Some(store.keep_days)
-            .filter(|days| *days > 0.0 && self.wall_clock.is_stable(self.started.elapsed()))
-            .map(|days| jiff::SignedDuration::from_secs((days * 86_400.0) as i64));
+        let is_stable = self.wall_clock.is_stable(self.started.elapsed());
+        let days_ago = |days: f64| {
+            let age = jiff::SignedDuration::from_secs((days * 86_400.0) as i64);
+            let is_set = days > 0.0 && is_stable;
+            is_set
+                .then(|| jiff::Timestamp::now().checked_sub(age).ok())
+                .flatten()
+        };
         let retention = Retention {
-            older_than: age.and_then(|age| jiff::Timestamp::now().checked_sub(age).ok()),
+            older_than: days_ago(store.keep_days),
             max_bytes: (store.keep_gib > 0.0).then_some((store.keep_gib * BYTES_PER_GIB) as u64),
+            unnamed_older_than: days_ago(store.keep_unnamed_days),
         };
         self.services.writer.submit_optional(
             move |ledger| ledger.store.apply_retention(&retention),
