@@ -4,6 +4,7 @@ mod active_request;
 mod api;
 mod constants;
 mod controller;
+mod database_check;
 mod error;
 mod judgement;
 mod lock;

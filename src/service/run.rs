@@ -3,6 +3,7 @@
 use super::api;
 use super::constants::{FLUSH_LIMIT, REPLY_LIMIT, STOP_LIMIT, TICK};
 use super::controller::{Controller, Services};
+use super::database_check::check_at_start;
 use super::error::ServiceError;
 use super::lock::StoreLock;
 use super::logging::{self, LogLevelHandle};
@@ -16,6 +17,7 @@ use super::station_scanner::StationConnector;
 use super::store_writer::StoreWriter;
 use super::systemd::SystemdNotifier;
 use crate::config::{LoadedConfig, load};
+use crate::patrol::severity::Severity;
 use crate::store::{Disk, Ledger, Store, SystemDisk};
 use link::Clock;
 use std::future::Future;
@@ -146,8 +148,16 @@ pub async fn serve(
         &inbox,
         status,
     )?;
+    let store_dir = settings.store.dir.clone();
     let mut controller = Controller::start(services, settings);
     controller.report_store_start(&start);
+    let damage_inbox = inbox.clone();
+    let report = move |text| {
+        // The loop may have ended before the check.
+        let note = ServiceMessage::Note(Severity::Error, "store".to_owned(), text);
+        let _ = damage_inbox.send(note);
+    };
+    check_at_start(store_dir, report).map_err(thread_error)?;
     controller.notify_ready();
 
     let mut ticks = interval(TICK);
@@ -189,10 +199,6 @@ fn start_services(
     inbox: &UnboundedSender<ServiceMessage>,
     status: watch::Sender<StatusReply>,
 ) -> Result<Services, ServiceError> {
-    let thread_error = |source| ServiceError::System {
-        what: "a thread",
-        source,
-    };
     let (note_inbox, event_inbox) = (inbox.clone(), inbox.clone());
     let notes = DeviceNoteSink::new(move |severity, device, text| {
         // The loop may have ended before the devices.
@@ -210,6 +216,13 @@ fn start_services(
         inbox: inbox.clone(),
         status,
     })
+}
+
+fn thread_error(source: std::io::Error) -> ServiceError {
+    ServiceError::System {
+        what: "a thread",
+        source,
+    }
 }
 
 fn read_config(path: Option<PathBuf>, inbox: UnboundedSender<ServiceMessage>) {

@@ -8,9 +8,9 @@ use super::disk::{Disk, SystemDisk};
 use super::error::StoreError;
 use super::journal_line::{JournalLine, read_lines};
 use super::journal_tables::journal_path;
-use super::replace_database::{aside, keep_as, put_in_place, remove_database, rename};
-use rusqlite::backup::Backup;
-use rusqlite::{Connection, OptionalExtension};
+use super::replace_database::{aside, keep_as, put_in_place, remove_database, remove_log, rename};
+use rusqlite::backup::{Backup, StepResult};
+use rusqlite::{Connection, OptionalExtension, ffi};
 use serde::Serialize;
 use std::fs::File;
 use std::io::{self, BufReader};
@@ -51,7 +51,7 @@ impl Store {
         remove_database(&new);
         self.copy_database(&new)?;
         let database = database_path(to);
-        remove_database(&database);
+        remove_log(&database);
         rename(&new, &database)?;
         sync_folder(&*disk, to)?;
         // After the database: every file that it names is there.
@@ -107,7 +107,10 @@ impl Store {
         self.query(|db| {
             let mut copy = Connection::open(to)?;
             // All pages at once: one snapshot, whatever is written meanwhile.
-            Backup::new(db, &mut copy)?.step(-1)?;
+            if Backup::new(db, &mut copy)?.step(-1)? != StepResult::Done {
+                let busy = ffi::Error::new(ffi::SQLITE_BUSY);
+                return Err(rusqlite::Error::SqliteFailure(busy, None).into());
+            }
             copy.pragma_update(None, "journal_mode", "DELETE")?;
             copy.close().map_err(|(_, error)| error)?;
             Ok(())

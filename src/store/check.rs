@@ -119,6 +119,28 @@ impl Store {
         Ok(check)
     }
 
+    /// What is damaged in the database, and which references in use cannot be read; a line each, with what to do.
+    ///
+    /// # Errors
+    /// The database cannot be read at all.
+    pub fn find_damage(&self) -> Result<Vec<String>, StoreError> {
+        let mut damage = Vec::new();
+        if let Some(error) = self.integrity_errors()?.first() {
+            damage.push(format!(
+                "{}: the database is damaged: {}; stop the service and run patrold store rebuild, or restore a backup",
+                self.database_path().display(),
+                error.replace('\n', " ")
+            ));
+        }
+        for waypoint in self.waypoints()? {
+            match self.reference(&waypoint.name) {
+                Ok(_) | Err(StoreError::NoReference { .. }) => {}
+                Err(error) => damage.push(format!("the reference of {}: {error}", waypoint.name)),
+            }
+        }
+        Ok(damage)
+    }
+
     fn integrity_errors(&self) -> Result<Vec<String>, StoreError> {
         self.query(|db| {
             let sql = format!("PRAGMA integrity_check({MAX_DATABASE_ERRORS})");

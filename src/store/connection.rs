@@ -103,19 +103,14 @@ impl Store {
     /// There is none, or it is another program's, newer, or older (a reader does not migrate).
     pub fn open_for_reading(dir: &Path) -> Result<Self, StoreError> {
         let path = Self::existing_database(dir)?;
-        let opened = || -> Result<Connection, StoreError> {
-            let db = Connection::open_with_flags(&path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
-            db.busy_timeout(BUSY_TIMEOUT)?;
-            check_owner(&db, &path)?;
-            let version: i64 = db.pragma_query_value(None, "user_version", |row| row.get(0))?;
-            let path = path.clone();
-            match version.cmp(&(MIGRATIONS.len() as i64)) {
-                Ordering::Less => Err(StoreError::Older { path }),
-                Ordering::Equal => Ok(db),
-                Ordering::Greater => Err(StoreError::Newer { path }),
+        let db = match open_to_read(&path) {
+            // On a read-only file system the -shm cannot be made, which is not needed where nobody writes.
+            Err(error) if error.is_of_the_folder() && !has_log(&path) => {
+                open_unchanging(&path).map_err(|_| error)
             }
+            opened => opened,
         };
-        let db = opened().map_err(|error| error.with_path(&path))?;
+        let db = db.map_err(|error| error.with_path(&path))?;
         let disk: Arc<dyn Disk> = Arc::new(SystemDisk);
         let files = BlobFiles::new(dir, Arc::clone(&disk));
         Ok(Self::from_parts(dir, db, files, disk))
@@ -192,6 +187,10 @@ impl Store {
         self.journal_error.as_ref()
     }
 
+    pub(super) fn database_path(&self) -> &Path {
+        &self.path
+    }
+
     pub(super) fn journal_path(&self) -> &Path {
         &self.journal_path
     }
@@ -266,6 +265,47 @@ impl Store {
 
 pub(super) fn database_path(dir: &Path) -> PathBuf {
     dir.join("patrold.db")
+}
+
+fn open_to_read(path: &Path) -> Result<Connection, StoreError> {
+    let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+    db.busy_timeout(BUSY_TIMEOUT)?;
+    check_readable(db, path)
+}
+
+/// For a database that nobody can write to: SQLite makes and locks nothing beside it.
+fn open_unchanging(path: &Path) -> Result<Connection, StoreError> {
+    let mut uri = "file:".to_owned();
+    for byte in path.as_os_str().as_encoded_bytes() {
+        // What a URI gives another meaning, and what is not ASCII; the rest may stand in it as it is.
+        match byte {
+            b'%' | b'?' | b'#' | 0x80.. => uri.push_str(&format!("%{byte:02x}")),
+            byte => uri.push(char::from(*byte)),
+        }
+    }
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI;
+    check_readable(
+        Connection::open_with_flags(uri + "?immutable=1", flags)?,
+        path,
+    )
+}
+
+/// Whether changes are in the write-ahead log alone.
+fn has_log(path: &Path) -> bool {
+    let mut log = path.as_os_str().to_owned();
+    log.push("-wal");
+    std::fs::metadata(log).is_ok_and(|file| file.len() > 0)
+}
+
+fn check_readable(db: Connection, path: &Path) -> Result<Connection, StoreError> {
+    check_owner(&db, path)?;
+    let version: i64 = db.pragma_query_value(None, "user_version", |row| row.get(0))?;
+    let path = path.to_owned();
+    match version.cmp(&(MIGRATIONS.len() as i64)) {
+        Ordering::Less => Err(StoreError::Older { path }),
+        Ordering::Equal => Ok(db),
+        Ordering::Greater => Err(StoreError::Newer { path }),
+    }
 }
 
 /// Writes the write-ahead log back into the database and empties it.

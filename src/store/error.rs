@@ -132,7 +132,9 @@ pub enum StoreError {
         why: String,
     },
     /// The content of a stored file does not match its name.
-    #[error("{what}: expected {expected}, got {got}")]
+    #[error(
+        "{what}: expected {expected}, got {got}; it is damaged: restore a backup, or teach the waypoint again"
+    )]
     Changed {
         /// File.
         what: String,
@@ -181,6 +183,17 @@ impl StoreError {
             Self::Changed { .. } => true,
             _ => false,
         }
+    }
+
+    /// Whether SQLite could not make a file beside the database.
+    pub(super) fn is_of_the_folder(&self) -> bool {
+        let Self::Sqlite { source, .. } = self else {
+            return false;
+        };
+        matches!(
+            source.sqlite_error_code(),
+            Some(ErrorCode::CannotOpen | ErrorCode::ReadOnly | ErrorCode::PermissionDenied)
+        )
     }
 
     /// Whether giving back the reserve may help.

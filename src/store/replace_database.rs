@@ -6,10 +6,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The files of a database beside its own.
-const SUFFIXES: [&str; 3] = ["-wal", "-shm", ""];
+const SUFFIXES: [&str; 2] = ["-wal", "-shm"];
 
 /// Deletes a database with its files, such as an interrupted replacement left.
 pub(super) fn remove_database(path: &Path) {
+    let _ = fs::remove_file(path);
+    remove_log(path);
+}
+
+/// Deletes what belongs to a database that is about to be replaced.
+pub(super) fn remove_log(path: &Path) {
     for suffix in SUFFIXES {
         let _ = fs::remove_file(beside(path, suffix));
     }
@@ -31,7 +37,7 @@ pub(super) fn put_in_place(
     }
     // Its log must not be applied to the new one. A stop right here sets the old one back to its last checkpoint, which the
     // next start notices by the journal.
-    for suffix in ["-wal", "-shm"] {
+    for suffix in SUFFIXES {
         let from = beside(&old, suffix);
         if from.exists() {
             rename(&from, &beside(&kept, suffix))?;

@@ -225,3 +225,65 @@ fn figures_that_are_not_finite_are_stored_as_null() {
     assert!(log[2].novelties[0].centre[2].is_nan());
     assert_eq!(log[0].d_gmm, Some(0.005));
 }
+
+#[test]
+fn the_log_is_read_where_nothing_can_be_written() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    // What a URI has another meaning for.
+    let folder = dir.path().join("a ö?b#c%20d");
+    let mut store = Store::open(&folder).expect("store");
+    teach(&mut store, "hall", 0);
+    let raised = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10).raised;
+    store.close();
+    // As on a read-only file system: the file that readers share cannot be made.
+    std::fs::create_dir(folder.join("patrold.db-shm")).expect("in its place");
+    let reader = Store::open_for_reading(&folder).expect("readable");
+    let alarms = reader.alarms(&AlarmFilter::default()).expect("alarms");
+    assert_eq!(alarms.first().map(|alarm| alarm.id), raised);
+}
+
+#[test]
+fn damage_is_found_and_named() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    teach(&mut store, "hall", 0);
+    teach(&mut store, "yard", 1);
+    let evidence = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10);
+    assert_eq!(store.find_damage().expect("looked"), [""; 0]);
+    let check = |store: &Store| store.check(|_, _| ()).expect("checked");
+    assert_eq!(
+        check(&store).evidence_files,
+        5,
+        "two views, their raw data twice, a visit"
+    );
+    let blobs = dir.path().join("blobs");
+    let before = check(&store);
+    assert!(before.missing.is_empty());
+    // Flip one bit of every evidence file in turn: each is noticed, and no other.
+    let entries = std::fs::read_dir(&blobs).expect("blobs");
+    let files = entries.map(|entry| entry.expect("an entry").path());
+    let files: Vec<_> = files
+        .filter(|file| !file.ends_with("journal.txt"))
+        .collect();
+    let mut of_references = 0;
+    for file in files {
+        let mut bytes = std::fs::read(&file).expect("read");
+        let last = bytes.len() - 1;
+        bytes[last] ^= 1;
+        std::fs::write(&file, &bytes).expect("flipped");
+        let missing = check(&store).missing;
+        assert!(!missing.is_empty() && missing.iter().all(|m| file.ends_with(&m.file)));
+        let damage = store.find_damage().expect("looked");
+        of_references += damage.len();
+        for text in damage {
+            assert!(
+                text.starts_with("the reference of ") && text.contains("teach the waypoint again"),
+                "{text}"
+            );
+        }
+        bytes[last] ^= 1;
+        std::fs::write(&file, &bytes).expect("mended");
+    }
+    assert_eq!(of_references, 2, "one view each");
+    assert!(store.visit(evidence.visit_id).is_ok());
+}
