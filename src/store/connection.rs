@@ -6,7 +6,7 @@ use super::error::StoreError;
 use super::journal_position::note_journal_ahead;
 use super::journal_tables::{journal_path, watch_tables};
 use super::reserve::{RESERVE_BYTES, Reserve};
-use rusqlite::{Connection, OpenFlags, Transaction, TransactionBehavior, ffi};
+use rusqlite::{Connection, ErrorCode, OpenFlags, Transaction, TransactionBehavior, ffi};
 use rusqlite_migration::{M, MigrationDefinitionError, Migrations};
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
@@ -344,6 +344,15 @@ fn migration_error(error: rusqlite_migration::Error, path: &Path) -> StoreError 
         rusqlite_migration::Error::MigrationDefinition(
             MigrationDefinitionError::DatabaseTooFarAhead,
         ) => StoreError::Newer { path },
+        // The disk, not the migration: with what to do about it.
+        rusqlite_migration::Error::RusqliteError { err, .. }
+            if matches!(
+                err.sqlite_error_code(),
+                Some(ErrorCode::DiskFull | ErrorCode::SystemIoFailure | ErrorCode::ReadOnly)
+            ) =>
+        {
+            StoreError::Sqlite { path, source: err }
+        }
         source => StoreError::Migration { path, source },
     }
 }

@@ -266,6 +266,33 @@ fn a_visit_on_a_failing_or_read_only_disk_or_without_descriptors() {
 }
 
 #[test]
+fn each_file_and_each_folder_is_synced_by_the_system() {
+    let only_syncs = CallFault {
+        errno: 5,
+        kinds: SYNC,
+        short: false,
+    };
+    let reports = std::cell::RefCell::new(Vec::new());
+    fail_each_call(
+        "visit",
+        visit_template().path(),
+        &[(only_syncs, false)],
+        |_, report, _| {
+            reports.borrow_mut().push(report.to_owned());
+        },
+    );
+    let count = |report: &str| reports.borrow().iter().filter(|r| *r == report).count();
+    assert_eq!(
+        count("held, acknowledged"),
+        2,
+        "the rows of the visit: head and pages of the log"
+    );
+    // View, raw data, their folder after each, and the mark that they are there.
+    assert_eq!(count("stored, acknowledged"), 5);
+    assert_eq!(count("stored whole, refused"), 1, "the acknowledgement");
+}
+
+#[test]
 fn a_rebuild_that_fails_can_be_run_again() {
     let dir = tempfile::tempdir().expect("temp dir");
     let live = dir.path().join("live");
