@@ -324,6 +324,27 @@ fn a_full_disk_takes_an_alarm_out_of_the_reserve_and_nothing_else() {
 }
 
 #[test]
+fn evidence_leaves_the_last_bytes_to_alarms() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let (mut ledger, disk, _) = ledger_with_an_alarm(dir.path());
+    ledger.store.hold_reserve().expect("held");
+    let reserve = std::fs::metadata(dir.path().join("patrold.reserve"))
+        .expect("held")
+        .len();
+    let yard = ledger.store.reference("yard").expect("taught").id;
+    disk.fail(Fault::Full, 0, false);
+    // Room for the rows of a visit beside what is kept, and not for its files; then for both.
+    for (more, x, fits) in [(10, 3.0, false), (1 << 20, 5.0, true)] {
+        disk.steps().free_bytes = Some(reserve + more);
+        let recorded = record_of(&mut ledger, "yard", yard, x, &stamp(20));
+        let VisitRecord::Stored(outcome) = recorded else {
+            panic!("{recorded:?}");
+        };
+        assert_eq!(outcome.evidence_missing.is_none(), fits, "{more}");
+    }
+}
+
+#[test]
 fn a_sweep_that_was_being_written_at_the_stop_is_settled_at_the_start() {
     let dir = tempfile::tempdir().expect("temp dir");
     let (mut ledger, disk, _) = ledger_with_an_alarm(dir.path());
