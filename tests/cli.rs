@@ -22,6 +22,8 @@ mod hardware;
 mod log;
 #[path = "cli/log_alarms.rs"]
 mod log_alarms;
+#[path = "cli/log_visits.rs"]
+mod log_visits;
 #[path = "cli/log_waypoints.rs"]
 mod log_waypoints;
 #[path = "cli/manifest.rs"]
@@ -38,3 +40,5 @@ mod reproduce;
 mod schemas;
 #[path = "cli/store.rs"]
 mod store;
+#[path = "cli/tune.rs"]
+mod tune;

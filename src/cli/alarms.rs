@@ -1,16 +1,22 @@
 //! `patrold alarms list|show|ack|export`: the alarm log, from the database whether or not the service runs.
 
-use super::alarm_report::{alarm_csv, alarm_json, alarm_json_lines, alarm_table, alarm_text};
+use super::alarm_filter_args::AlarmFilterArgs;
+use super::alarm_report::{
+    CSV_HEADER, alarm_csv, alarm_json, alarm_json_for_guard, alarm_table, alarm_text,
+};
 use super::failure::{CommandResult, DONE, Failure};
-use super::{config, files, output, time_arg};
-use crate::alarm::AlarmState;
+use super::operator::operator;
+use super::{config, files, output};
+use crate::alarm::{AlarmAnswer, floor_height_m};
 use crate::config::Settings;
 use crate::service::record_time_now;
-use crate::store::{AlarmFilter, Store};
+use crate::store::{AlarmFilter, AlarmRow, Store};
 use clap::{Args, Subcommand, ValueEnum};
-use jiff::Timestamp;
 use serde_json::json;
 use std::path::PathBuf;
+
+/// Alarms read at a time by `export`.
+const PAGE: u32 = 200;
 
 #[derive(Debug, Args)]
 pub(super) struct AlarmsArgs {
@@ -41,32 +47,19 @@ enum AlarmsAction {
     Export(ExportArgs),
 }
 
-#[derive(Debug, Clone, Args)]
-struct AlarmFilterArgs {
-    /// Only alarms whose change was last seen at or after this time (RFC 3339, a date, or 3h ago)
-    #[arg(long, value_name = "TIME", value_parser = time_arg::parse_time)]
-    since: Option<Timestamp>,
-    /// Only alarms raised at or before this time
-    #[arg(long, value_name = "TIME", value_parser = time_arg::parse_time)]
-    until: Option<Timestamp>,
-    /// Only alarms of this waypoint
-    #[arg(long, value_name = "NAME")]
-    waypoint: Option<String>,
-    /// Only alarms in this state: open, acknowledged or cleared
-    #[arg(long)]
-    state: Option<AlarmState>,
-    /// Only the newest N alarms
-    #[arg(long, value_name = "N")]
-    limit: Option<u32>,
-}
-
 #[derive(Debug, Args)]
 struct AckArgs {
     /// Number of the alarm
     id: i64,
-    /// Who acknowledges it [default: the user's login name]
+    /// Who acknowledges it, added to the user who runs this
     #[arg(long, value_name = "NAME")]
     by: Option<String>,
+    /// Somebody was there: something had changed
+    #[arg(long, conflicts_with = "false_alarm")]
+    confirmed: bool,
+    /// Somebody was there: nothing had changed
+    #[arg(long)]
+    false_alarm: bool,
     /// A note to keep with the alarm
     #[arg(long, value_name = "TEXT")]
     note: Option<String>,
@@ -93,56 +86,26 @@ struct ExportArgs {
 }
 
 pub(super) fn run(args: &AlarmsArgs) -> CommandResult {
-    let settings = config::load_settings(args.config.as_deref())?;
+    let settings = config::load_for_reading(args.config.as_deref())?;
     // Filters may also stand before the action.
     let outer = &args.filters;
     match &args.action {
-        None => list(args, outer.filter(), &settings),
-        Some(AlarmsAction::List(filters)) => list(args, filters.or(outer).filter(), &settings),
+        None => list(args, outer, &settings),
+        Some(AlarmsAction::List(filters)) => list(args, &filters.or(outer), &settings),
         Some(AlarmsAction::Export(export_args)) => export(args, export_args, &settings),
-        Some(AlarmsAction::Show { .. } | AlarmsAction::Ack(_)) if !outer.is_empty() => {
-            Err(Failure::Usage(
-                "--since, --until, --waypoint, --state and --limit belong to list and export"
-                    .to_owned(),
-            ))
+        Some(AlarmsAction::Show { .. } | AlarmsAction::Ack(_))
+            if *outer != AlarmFilterArgs::default() =>
+        {
+            let text = "options that select alarms belong to list and export; leave them out";
+            Err(Failure::Usage(text.to_owned()))
         }
         Some(AlarmsAction::Show { id }) => show(args, *id, &settings),
         Some(AlarmsAction::Ack(ack_args)) => acknowledge(args, ack_args, &settings),
     }
 }
 
-impl AlarmFilterArgs {
-    fn filter(&self) -> AlarmFilter {
-        AlarmFilter {
-            since: self.since,
-            until: self.until,
-            waypoint: self.waypoint.clone(),
-            state: self.state,
-            limit: self.limit,
-        }
-    }
-
-    /// These filters; where one is not given, that of `outer`.
-    fn or(&self, outer: &Self) -> Self {
-        Self {
-            since: self.since.or(outer.since),
-            until: self.until.or(outer.until),
-            waypoint: self.waypoint.clone().or_else(|| outer.waypoint.clone()),
-            state: self.state.or(outer.state),
-            limit: self.limit.or(outer.limit),
-        }
-    }
-
-    fn is_empty(&self) -> bool {
-        self.since.is_none()
-            && self.until.is_none()
-            && self.waypoint.is_none()
-            && self.state.is_none()
-            && self.limit.is_none()
-    }
-}
-
-fn list(args: &AlarmsArgs, filter: AlarmFilter, settings: &Settings) -> CommandResult {
+fn list(args: &AlarmsArgs, filters: &AlarmFilterArgs, settings: &Settings) -> CommandResult {
+    let filter = filters.filter(settings)?;
     let alarms = Store::open_for_reading(&settings.store.dir)?.alarms(&filter)?;
     if args.json {
         let records: Vec<_> = alarms.iter().map(|a| alarm_json(a, settings)).collect();
@@ -156,25 +119,43 @@ fn list(args: &AlarmsArgs, filter: AlarmFilter, settings: &Settings) -> CommandR
 }
 
 fn show(args: &AlarmsArgs, id: i64, settings: &Settings) -> CommandResult {
-    let alarm = Store::open_for_reading(&settings.store.dir)?.alarm(id)?;
+    let store = Store::open_for_reading(&settings.store.dir)?;
+    let alarm = store.alarm(id)?;
+    let floor_m = floor_m(&store, &alarm)?;
     if args.json {
-        output::json(&alarm_json(&alarm, settings))?;
+        output::json(&alarm_json_for_guard(&alarm, settings, floor_m))?;
     } else {
-        output::line(alarm_text(&alarm, settings))?;
+        output::line(alarm_text(&alarm, settings, floor_m))?;
     }
     Ok(DONE)
 }
 
+/// Height of the floor in the frame of an alarm; `None` where its reference shows none.
+fn floor_m(store: &Store, alarm: &AlarmRow) -> Result<Option<f64>, Failure> {
+    let reference = store.reference_of_visit(alarm.visit_id)?;
+    Ok(reference.and_then(|gamma| floor_height_m(&gamma.mixture)))
+}
+
 fn acknowledge(args: &AlarmsArgs, ack: &AckArgs, settings: &Settings) -> CommandResult {
     let mut store = Store::open_existing(&settings.store.dir)?;
-    let login = || std::env::var("USER").unwrap_or_else(|_| "unknown".to_owned());
-    let by = ack.by.clone().unwrap_or_else(login);
-    let alarm = store.acknowledge(ack.id, &by, ack.note.as_deref(), &record_time_now())?;
+    let by = operator(ack.by.as_deref());
+    let now = record_time_now();
+    let answer = match (ack.confirmed, ack.false_alarm) {
+        (true, _) => Some(AlarmAnswer::Confirmed),
+        (false, true) => Some(AlarmAnswer::FalseAlarm),
+        (false, false) => None,
+    };
+    let mut alarm = store.acknowledge(ack.id, &by, ack.note.as_deref(), &now)?;
+    if let Some(answer) = answer {
+        alarm = store.answer_alarm(ack.id, answer, &by, &now)?;
+    }
     if args.json {
-        output::json(&alarm_json(&alarm, settings))?;
+        let floor_m = floor_m(&store, &alarm)?;
+        output::json(&alarm_json_for_guard(&alarm, settings, floor_m))?;
     } else {
+        let said = answer.map_or_else(String::new, |answer| format!(", {answer}"));
         output::line(format!(
-            "alarm {}: acknowledgement by {by} stored; state {}",
+            "alarm {}: acknowledgement by {by} stored{said}; state {}",
             alarm.id, alarm.state
         ))?;
     }
@@ -187,16 +168,42 @@ fn export(args: &AlarmsArgs, export: &ExportArgs, settings: &Settings) -> Comman
             "--json and --format csv exclude each other; give one".to_owned(),
         ));
     }
-    let filter = export.filters.or(&args.filters).filter();
-    let alarms = Store::open_for_reading(&settings.store.dir)?.alarms(&filter)?;
-    let text = match export.format.unwrap_or(ExportFormat::Jsonl) {
-        ExportFormat::Jsonl => alarm_json_lines(&alarms, settings)?,
-        ExportFormat::Csv => alarm_csv(&alarms, settings),
-    };
-    match &export.out {
-        None if text.is_empty() => {}
-        None => output::line(text.trim_end_matches('\n'))?,
-        Some(path) => files::write(path, text.as_bytes())?,
+    let filter = export.filters.or(&args.filters).filter(settings)?;
+    let store = Store::open_for_reading(&settings.store.dir)?;
+    let csv = export.format == Some(ExportFormat::Csv);
+    let mut out = files::LineWriter::create(export.out.as_deref())?;
+    if csv {
+        out.line(CSV_HEADER)?;
     }
+    export_pages(&store, filter, &mut |alarm| {
+        if csv {
+            alarm_csv(alarm, settings)
+                .iter()
+                .try_for_each(|line| out.line(line))
+        } else {
+            out.line(&output::json_text(&alarm_json(alarm, settings))?)
+        }
+    })?;
+    out.finish()?;
     Ok(DONE)
+}
+
+/// Reads the log page by page: what it holds in memory does not grow with the log.
+fn export_pages(
+    store: &Store,
+    mut filter: AlarmFilter,
+    write: &mut dyn FnMut(&AlarmRow) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let mut left = filter.limit.unwrap_or(u32::MAX);
+    while left > 0 {
+        filter.limit = Some(left.min(PAGE));
+        let page = store.alarms(&filter)?;
+        page.iter().try_for_each(&mut *write)?;
+        left -= page.len() as u32;
+        match page.last() {
+            Some(last) if page.len() == PAGE as usize => filter.before = Some(last.id),
+            _ => break,
+        }
+    }
+    Ok(())
 }

@@ -2,8 +2,9 @@
 
 use super::failure::CommandResult;
 use super::{
-    alarms, backup, calibrate, compare, config, demo, devices, distance, emulate, evaluate, fit,
-    fuse, rejudge, reproduce, run as run_command, shapes, store, sweep, teach, visit, waypoints,
+    alarms, backup, calibrate, compare, config, demo, devices, distance, emulate, evaluate, events,
+    fit, fuse, output, rejudge, reload, reproduce, run as run_command, shapes, status, store,
+    sweep, teach, tune, visit, visits, waypoints,
 };
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -22,6 +23,14 @@ enum CliCommand {
     Demo(demo::DemoArgs),
     /// Run the service: sweep and inspect on request, until stopped
     Run(run_command::RunArgs),
+    /// Show the service, its devices, the last visits, incidents, configuration and disk
+    ///
+    /// Also where the service is down: from the store alone.
+    Status(status::StatusArgs),
+    /// Make the service read its configuration again
+    ///
+    /// The exit code is 0 where it was taken and 2 where it has mistakes; the old one stays in force then.
+    Reload(reload::ReloadArgs),
     /// Inspect waypoint NAME
     ///
     /// The robot must be at the waypoint and the service must run. The exit code is 0 for quiet, 10 for changed, 11 for not
@@ -72,6 +81,12 @@ enum CliCommand {
     ///
     /// The old database is kept under another name, and no evidence file is deleted.
     Restore(backup::BackupArgs),
+    /// Show what other thresholds U_th would have done to the past, and put one into force
+    Tune(tune::TuneArgs),
+    /// List or show visits
+    Visits(visits::VisitsArgs),
+    /// List events: devices lost and found, configuration, starts and stops
+    Events(events::EventsArgs),
     /// Measure how often the engine is right, on simulated pairs of sweeps
     Evaluate(evaluate::EvaluateArgs),
     /// Repeat the experiments of the paper and print its tables beside ours
@@ -85,6 +100,8 @@ pub fn run(cli: Cli) -> ExitCode {
     let result: CommandResult = match &cli.command {
         CliCommand::Demo(args) => demo::run(args),
         CliCommand::Run(args) => run_command::run(args),
+        CliCommand::Status(args) => status::run(args),
+        CliCommand::Reload(args) => reload::run(args),
         CliCommand::Visit(args) => visit::run(args),
         CliCommand::Teach(args) => teach::run(args),
         CliCommand::Compare(args) => compare::run(args),
@@ -102,6 +119,9 @@ pub fn run(cli: Cli) -> ExitCode {
         CliCommand::Store(args) => store::run(args),
         CliCommand::Backup(args) => backup::back_up(args),
         CliCommand::Restore(args) => backup::restore(args),
+        CliCommand::Tune(args) => tune::run(args),
+        CliCommand::Visits(args) => visits::run(args),
+        CliCommand::Events(args) => events::run(args),
         CliCommand::Evaluate(args) => evaluate::run(args),
         CliCommand::Reproduce(args) => reproduce::run(args),
         CliCommand::Rejudge(args) => rejudge::run(args),
@@ -110,7 +130,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
             for line in failure.to_string().lines() {
-                eprintln!("patrold: {line}");
+                eprintln!("patrold: {}", output::printable(line));
             }
             failure.exit_code()
         }

@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::progress;
 use crate::service::SWEEP_INFO_HEADER;
-use crate::service::replies::{ErrorReply, SweepInfo};
+use crate::service::replies::{ErrorReply, ReloadReply, StatusReply, SweepInfo};
 use http_body_util::{BodyExt as _, Full};
 use hyper::body::Bytes;
 use hyper::header::{CONTENT_TYPE, HOST};
@@ -66,8 +66,41 @@ pub(super) fn request_sweep(socket: &Path) -> Result<Option<(SweepInfo, Vec<u8>)
     Ok(Some((info, body)))
 }
 
+/// Asks for the status; `Err` with the reason where no service answers.
+///
+/// # Errors
+/// An answer that is none of the service's.
+pub(super) fn request_status(socket: &Path) -> Result<Result<StatusReply, String>, Failure> {
+    let body = match exchange(socket, Method::GET, "/status", None) {
+        Err(ClientError::NoService(why) | ClientError::Failed(why)) => return Ok(Err(why)),
+        Ok((_, body)) => body,
+    };
+    serde_json::from_slice(&body)
+        .map(Ok)
+        .map_err(|error| Failure::Failed(format!("{}: /status: {error}", socket.display())))
+}
+
+/// Asks for a reload and waits until it is in force or refused.
+///
+/// # Errors
+/// No service, no permission for its socket, or its error reply.
+pub(super) fn request_reload(socket: &Path) -> Result<ReloadReply, Failure> {
+    let (_, body) = post(socket, "/reload", None)?;
+    serde_json::from_slice(&body)
+        .map_err(|error| Failure::Failed(format!("{}: /reload: {error}", socket.display())))
+}
+
 fn post(
     socket: &Path,
+    path: &'static str,
+    body: Option<Value>,
+) -> Result<(HeaderMap, Vec<u8>), ClientError> {
+    exchange(socket, Method::POST, path, body)
+}
+
+fn exchange(
+    socket: &Path,
+    method: Method,
     path: &'static str,
     body: Option<Value>,
 ) -> Result<(HeaderMap, Vec<u8>), ClientError> {
@@ -88,7 +121,7 @@ fn post(
         let exchange = async {
             let text = body.map_or_else(String::new, |b| b.to_string());
             let request = Request::builder()
-                .method(Method::POST)
+                .method(method)
                 .uri(path)
                 .header(HOST, "patrold")
                 .header(CONTENT_TYPE, "application/json")

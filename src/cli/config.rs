@@ -1,8 +1,10 @@
 //! `patrold config check|show`: all errors of the configuration; every value in force with its origin.
 
 use super::failure::{CommandResult, DONE, Failure, USAGE};
+use super::threshold_warning::never_alarming;
 use super::{output, table};
-use crate::config::{ConfigError, KEYS, LoadedConfig, Settings, ValueOrigin, load};
+use crate::config::{ConfigError, KEYS, LoadedConfig, Settings, ValueOrigin, load, load_leniently};
+use crate::store::Store;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -44,20 +46,43 @@ fn check(args: &ConfigFileArgs) -> CommandResult {
         Ok(loaded) => (loaded.files.clone(), Vec::new()),
         Err(errors) => (Vec::new(), errors.clone()),
     };
+    let warnings = loaded.as_ref().map(warnings).unwrap_or_default();
     if args.json {
         let records: Vec<_> = errors.iter().map(error_json).collect();
-        output::json(&json!({"valid": errors.is_empty(), "files": files, "mistakes": records}))?;
+        output::json(&json!({
+            "valid": errors.is_empty(), "files": files, "mistakes": records, "warnings": warnings
+        }))?;
         return Ok(if errors.is_empty() { DONE } else { USAGE });
     }
     loaded?;
     let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
-    let sources = if names.is_empty() {
+    output::line(format!("valid: {}", sources_text(&names)))?;
+    for warning in &warnings {
+        output::warning(warning);
+    }
+    Ok(DONE)
+}
+
+/// What is valid and can hardly be meant, a line each: values by themselves, and thresholds that no alarm of the log reaches.
+fn warnings(loaded: &LoadedConfig) -> Vec<String> {
+    let mut lines: Vec<String> = loaded.warnings().iter().map(ToString::to_string).collect();
+    // Where there is no log yet, it has nothing to say.
+    if let Ok(store) = Store::open_for_reading(&loaded.settings.store.dir) {
+        match never_alarming(&loaded.settings, &store) {
+            Ok(more) => lines.extend(more),
+            Err(failure) => lines.push(format!("the log cannot be read: {failure}")),
+        }
+    }
+    lines
+}
+
+/// Files of a configuration, for people.
+pub(super) fn sources_text(names: &[String]) -> String {
+    if names.is_empty() {
         "no file, defaults only".to_owned()
     } else {
         names.join(", ")
-    };
-    output::line(format!("valid: {sources}"))?;
-    Ok(DONE)
+    }
 }
 
 fn error_json(error: &ConfigError) -> serde_json::Value {
@@ -101,6 +126,24 @@ fn origin_text(origin: &ValueOrigin) -> String {
         ValueOrigin::File(path, line) => format!("{}:{line}", path.display()),
         ValueOrigin::Flag => "command line".to_owned(),
     }
+}
+
+/// The configuration of a command that needs little of it, such as one that reads the log: mistakes stop nothing and are reported in
+/// one line.
+pub(super) fn load_leniently_for(what: &str, file: Option<&Path>) -> Result<Settings, Failure> {
+    let (settings, mistakes) = load_leniently(file)?;
+    if let Some(first) = mistakes.first() {
+        output::warning(&format!(
+            "{first}; {what} all the same ({} mistake(s), see patrold config check)",
+            mistakes.len()
+        ));
+    }
+    Ok(settings)
+}
+
+/// The configuration of a command that reads the log.
+pub(super) fn load_for_reading(file: Option<&Path>) -> Result<Settings, Failure> {
+    load_leniently_for("the log is read", file)
 }
 
 /// The configuration of another command.

@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use std::fmt::Display;
 use std::fs;
-use std::io::{self, ErrorKind};
+use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
@@ -16,6 +16,57 @@ pub(super) fn read_text(path: &Path) -> Result<String, Failure> {
 
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     fs::write(path, bytes).map_err(|error| io_error(path, &error, "write"))
+}
+
+/// Writes lines to a file or to standard output, as they come.
+pub(super) struct LineWriter<'a> {
+    path: Option<&'a Path>,
+    out: Box<dyn Write>,
+    /// The reader of standard output is gone.
+    closed: bool,
+}
+
+impl<'a> LineWriter<'a> {
+    /// To standard output where `path` is `None`.
+    pub(super) fn create(path: Option<&'a Path>) -> Result<Self, Failure> {
+        let out: Box<dyn Write> = match path {
+            Some(path) => Box::new(io::BufWriter::new(
+                fs::File::create(path).map_err(|error| io_error(path, &error, "write"))?,
+            )),
+            None => Box::new(io::BufWriter::new(io::stdout().lock())),
+        };
+        Ok(Self {
+            path,
+            out,
+            closed: false,
+        })
+    }
+
+    pub(super) fn line(&mut self, text: &str) -> Result<(), Failure> {
+        if self.closed {
+            return Ok(());
+        }
+        let written = writeln!(self.out, "{text}");
+        self.check(written)
+    }
+
+    pub(super) fn finish(mut self) -> Result<(), Failure> {
+        let flushed = self.out.flush();
+        self.check(flushed)
+    }
+
+    /// A closed reader (`| head`) is no failure.
+    fn check(&mut self, written: io::Result<()>) -> Result<(), Failure> {
+        match (written, self.path) {
+            (Ok(()), _) => Ok(()),
+            (Err(error), None) if error.kind() == ErrorKind::BrokenPipe => {
+                self.closed = true;
+                Ok(())
+            }
+            (Err(error), None) => Err(Failure::Failed(format!("standard output: {error}"))),
+            (Err(error), Some(path)) => Err(io_error(path, &error, "write")),
+        }
+    }
 }
 
 pub(super) fn file_error(path: &Path, error: impl Display) -> Failure {

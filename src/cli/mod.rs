@@ -5,12 +5,16 @@
 //! |---|---|
 //! | `args`, `failure` | all commands; exit codes and errors |
 //! | `value_parsers`, `time_arg` | parsers of option values |
+//! | `filter_args`, `alarm_filter_args` | options that select a part of the log |
 //! | `files`, `clouds`, `scenes` | files named on the command line |
-//! | `output`, `table`, `progress`, `alarm_report`, `calibration_report`, `stopwatch` | what a command prints |
+//! | `output`, `table`, `local_time`, `progress`, `alarm_report`, `calibration_report`, `status_report`, `stopwatch` | what a command prints |
+//! | `threshold_warning` | what `tune` and `config check` warn of |
 //! | `client`, `signals` | the socket of the service; SIGINT and SIGTERM |
+//! | `operator` | who runs the command |
 //! | `experiment` | what `evaluate` and `reproduce` share |
 //! | `mixtures_out` | what `compare` and `rejudge` write for `distance` |
 
+mod alarm_filter_args;
 mod alarm_report;
 mod alarms;
 mod args;
@@ -26,28 +30,38 @@ mod devices;
 mod distance;
 mod emulate;
 mod evaluate;
+mod events;
 mod experiment;
 mod failure;
 mod files;
+mod filter_args;
 mod fit;
 mod fuse;
+mod local_time;
 mod mixtures_out;
+mod operator;
 mod output;
 mod progress;
 mod rejudge;
+mod reload;
 mod reproduce;
 mod run;
 mod scenes;
 mod shapes;
 mod signals;
+mod status;
+mod status_report;
 mod stopwatch;
 mod store;
 mod sweep;
 mod table;
 mod teach;
+mod threshold_warning;
 mod time_arg;
+mod tune;
 mod value_parsers;
 mod visit;
+mod visits;
 mod waypoint_rebuild;
 mod waypoints;
 

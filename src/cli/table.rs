@@ -16,3 +16,12 @@ pub(super) fn table(headings: &[&str]) -> Table {
 pub(super) fn format_point(p: [f64; 3]) -> String {
     format!("{:.2}, {:.2}, {:.2}", p[0], p[1], p[2])
 }
+
+/// A distance with the unit of its ground distance; `fm` has none.
+pub(super) fn distance_text(x: Option<f64>, digits: usize, ground: Option<&str>) -> String {
+    let unit = match ground {
+        Some("w2" | "euclid") => " m",
+        _ => "",
+    };
+    x.map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}{unit}"))
+}

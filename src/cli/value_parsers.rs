@@ -37,6 +37,23 @@ pub(super) fn parse_time_scale(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a number from 0.001 to 1000".to_owned())
 }
 
+/// Reads a length of at least 0 metres.
+pub(super) fn parse_metres(text: &str) -> Result<f64, String> {
+    let metres = text.parse::<f64>().ok();
+    metres
+        .filter(|m| m.is_finite() && *m >= 0.0)
+        .ok_or_else(|| format!("expected metres, from 0, got {text:?}"))
+}
+
+/// Reads two numbers `X,Y`.
+pub(super) fn parse_floor_point(text: &str) -> Result<[f64; 2], String> {
+    let number = |part: &str| part.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    let point = text
+        .split_once(',')
+        .and_then(|(x, y)| Some([number(x)?, number(y)?]));
+    point.ok_or_else(|| format!("expected two numbers X,Y, got {text:?}"))
+}
+
 /// Reads three numbers `X,Y,Z`.
 pub(super) fn parse_point(text: &str) -> Result<Point3<f64>, String> {
     let numbers: Vec<f64> = text

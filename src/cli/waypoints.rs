@@ -47,7 +47,13 @@ enum WaypointsAction {
 }
 
 pub(super) fn run(args: &WaypointsArgs) -> CommandResult {
-    let settings = config::load_settings(args.config.as_deref())?;
+    let file = args.config.as_deref();
+    let settings = match &args.action {
+        None | Some(WaypointsAction::List | WaypointsAction::Show { .. }) => {
+            config::load_for_reading(file)?
+        }
+        Some(_) => config::load_settings(file)?,
+    };
     let dir = &settings.store.dir;
     match &args.action {
         None | Some(WaypointsAction::List) => list(&Store::open_for_reading(dir)?, args.json),

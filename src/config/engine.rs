@@ -7,7 +7,7 @@ use patrold_engine::shape::MethodChoice;
 use serde_json::json;
 
 /// As written in configuration and JSON.
-pub(super) fn ground_name(ground: GroundDistance) -> &'static str {
+pub fn ground_name(ground: GroundDistance) -> &'static str {
     match ground {
         GroundDistance::W2 => "w2",
         GroundDistance::Euclid => "euclid",

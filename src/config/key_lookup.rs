@@ -15,23 +15,45 @@ pub(super) fn split_waypoint_key(name: &str) -> Option<(&str, &str)> {
     name.strip_prefix("waypoint.")?.rsplit_once('.')
 }
 
-/// The valid name with the smallest edit distance to `name`.
+/// The valid name nearest to `name`, whatever its case: a key, a key without its section, or a section as `[section]`.
 pub(super) fn nearest_key(name: &str) -> String {
-    let best = |candidates: Vec<String>| {
-        candidates
-            .into_iter()
-            .min_by_key(|candidate| edit_distance(candidate, name))
-            .unwrap_or_default()
-    };
-    match split_waypoint_key(name) {
-        Some((waypoint, _)) => best(
-            WAYPOINT_KEYS
-                .iter()
-                .map(|k| format!("waypoint.{waypoint}.{}", k.name))
-                .collect(),
-        ),
-        None => best(KEYS.iter().map(|k| k.name.to_owned()).collect()),
+    let lower = name.to_lowercase();
+    if let Some((waypoint, _)) = split_waypoint_key(name) {
+        let keys = WAYPOINT_KEYS.iter();
+        let names = keys.map(|k| format!("waypoint.{waypoint}.{}", k.name));
+        return nearest(names.map(|candidate| (edit_distance(&candidate, name), candidate)));
     }
+    let keys = KEYS.iter().map(|key| {
+        let whole = edit_distance(key.name, &lower);
+        // A key that stands outside of its section.
+        let alone = key
+            .name
+            .split_once('.')
+            .map(|(_, alone)| edit_distance(alone, &lower));
+        let outside = alone.filter(|_| !lower.contains('.')).unwrap_or(usize::MAX);
+        (whole.min(outside), key.name.to_owned())
+    });
+    let mut sections: Vec<&str> = KEYS
+        .iter()
+        .filter_map(|key| Some(key.name.split_once('.')?.0))
+        .collect();
+    sections.push("waypoint");
+    sections.dedup();
+    let sections = sections.into_iter().map(|section| {
+        let outside = if lower.contains('.') {
+            usize::MAX
+        } else {
+            edit_distance(section, &lower)
+        };
+        (outside, format!("[{section}]"))
+    });
+    // Of equally near names the section: it is shorter.
+    nearest(sections.chain(keys))
+}
+
+fn nearest(candidates: impl Iterator<Item = (usize, String)>) -> String {
+    let best = candidates.min_by_key(|(distance, _)| *distance);
+    best.map(|(_, name)| name).unwrap_or_default()
 }
 
 /// Levenshtein distance in characters.
@@ -66,5 +88,23 @@ mod tests {
         assert_eq!(nearest_key("novelty.uth_m"), "novelty.u_th_m");
         assert_eq!(nearest_key("laser.prot"), "laser.port");
         assert_eq!(nearest_key("waypoint.hall.u_th"), "waypoint.hall.u_th_m");
+    }
+
+    #[test]
+    fn a_section_and_a_key_without_its_section_are_found() {
+        for (given, meant) in [
+            ("Novelty", "[novelty]"),
+            ("NOVELTY", "[novelty]"),
+            ("lazer", "[laser]"),
+            ("waypoints", "[waypoint]"),
+            ("u_th", "novelty.u_th_m"),
+            ("u_th_m", "novelty.u_th_m"),
+            ("U_th_m", "novelty.u_th_m"),
+            ("keep_days", "store.keep_days"),
+            ("Novelty.u_th_m", "novelty.u_th_m"),
+            ("novelty.U_TH_M", "novelty.u_th_m"),
+        ] {
+            assert_eq!(nearest_key(given), meant, "{given}");
+        }
     }
 }

@@ -10,8 +10,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
+/// Lines of a file that may be wrong before nothing of it is read.
+const MAX_SYNTAX_ERRORS: usize = 20;
 /// Keys whose value is a path.
-const PATH_KEYS: [&str; 2] = ["store.dir", "api.socket"];
+pub(super) const PATH_KEYS: [&str; 2] = ["store.dir", "api.socket"];
 
 /// Text of one configuration file.
 #[derive(Debug, Clone)]
@@ -82,6 +84,11 @@ impl ConfigLayers {
         let (table, errors) = DeTable::parse_recoverable(&source.text);
         if errors.is_empty() {
             reader.walk("", 1, table.get_ref());
+        } else {
+            let readable = without_syntax_errors(&source.text);
+            reader.walk("", 1, DeTable::parse_recoverable(&readable).0.get_ref());
+            // What follows from the syntax errors is no news.
+            reader.errors.clear();
         }
         for error in errors {
             let line = error.span().map_or(0, |s| reader.lines.line_of(s.start));
@@ -127,6 +134,31 @@ impl ConfigLayers {
             }
         }
     }
+}
+
+/// The text with the lines of syntax errors blank, one after the other; all is blank where that leads nowhere.
+fn without_syntax_errors(text: &str) -> String {
+    let mut lines: Vec<&str> = text.lines().collect();
+    for _ in 0..MAX_SYNTAX_ERRORS {
+        let readable = lines.join("\n");
+        let (_, errors) = DeTable::parse_recoverable(&readable);
+        let at = errors
+            .first()
+            .map(|error| error.span().map_or(0, |span| span.start));
+        let Some(at) = at else {
+            return readable;
+        };
+        // An error at the very end belongs to the last line that has something.
+        let line = LineFinder::new(&readable).line_of(at).min(lines.len());
+        match lines[..line]
+            .iter()
+            .rposition(|line| !line.trim().is_empty())
+        {
+            Some(wrong) => lines[wrong] = "",
+            None => break,
+        }
+    }
+    String::new()
 }
 
 struct FileReader<'a> {

@@ -6,22 +6,28 @@ mod engine;
 mod error;
 mod key_lookup;
 mod keys;
+mod last_good;
 mod layers;
 mod load;
 mod mount;
 mod reading;
 mod settings;
 mod template;
+mod toml_text;
 mod value;
+mod warnings;
 
+pub use engine::ground_name;
 pub use error::{ConfigError, ConfigProblem};
 pub use keys::{ConfigKey, KEYS};
+pub use last_good::{keep_last_good, load_last_good};
 pub use layers::{ConfigFile, ConfigLayers, ValueOrigin};
-pub use load::{LoadedConfig, load};
+pub use load::{LoadedConfig, drop_in_folder, load, load_leniently};
 pub use settings::{
     AlarmConfig, ApiConfig, LaserConfig, LogConfig, MixtureConfig, MountConfig, NoveltyConfig,
     PtuConfig, RobotConfig, Settings, ShapeConfig, StoreConfig, SweepConfig, SweepMode,
     WaypointConfig,
 };
 pub use template::template;
+pub use toml_text::threshold_drop_in;
 pub use value::{ConfigValue, ValueKind};

@@ -26,13 +26,19 @@ impl Settings {
     /// # Errors
     /// All contradictions found.
     pub fn from_layers(layers: &ConfigLayers) -> Result<Self, Vec<ConfigError>> {
-        let settings = read_settings(layers);
-        let errors = contradictions(&settings, layers);
+        let (settings, errors) = Self::from_layers_leniently(layers);
         if errors.is_empty() {
             Ok(settings)
         } else {
             Err(errors)
         }
+    }
+
+    /// Reads the layers as they are; contradictions come with the settings.
+    pub(super) fn from_layers_leniently(layers: &ConfigLayers) -> (Self, Vec<ConfigError>) {
+        let settings = read_settings(layers);
+        let errors = contradictions(&settings, layers);
+        (settings, errors)
     }
 }
 

@@ -1,4 +1,4 @@
-//! HTTP API on the control socket: POST /visit, /teach, /sweep; GET /status.
+//! HTTP API on the control socket: POST /visit, /teach, /sweep, /reload; GET /status.
 
 use super::constants::MAX_WAYPOINT_NAME_BYTES;
 use super::message::{ClientRequest, ServiceMessage};
@@ -64,6 +64,7 @@ pub(super) async fn serve(
         .route("/visit", post(visit))
         .route("/teach", post(teach))
         .route("/sweep", post(sweep))
+        .route("/reload", post(reload))
         .route("/status", get(get_status))
         .fallback(unknown_path)
         .method_not_allowed_fallback(wrong_method)
@@ -98,13 +99,25 @@ async fn sweep(State(state): State<ApiState>, ConnectInfo(peer): ConnectInfo<Pee
     submit(&state, &peer, PatrolTask::Sweep, String::new()).await
 }
 
+/// Answers when the files are in force, or refused.
+async fn reload(State(state): State<ApiState>, ConnectInfo(peer): ConnectInfo<Peer>) -> Response {
+    tracing::info!("reload requested by {peer}");
+    let (client, reply) = oneshot::channel();
+    let sent = state.inbox.send(ServiceMessage::ReloadRequested(client));
+    match (sent, reply.await) {
+        (Ok(()), Ok(reply)) => Json(reply).into_response(),
+        // The sender is dropped without a reply when the service ends.
+        _ => respond(ServiceReply::Refused(RefusalReason::Stopping)),
+    }
+}
+
 async fn get_status(State(state): State<ApiState>) -> Response {
     let status = state.status.borrow().clone();
     Json(status).into_response()
 }
 
 async fn unknown_path() -> Response {
-    let paths = "POST /visit, /teach, /sweep; GET /status";
+    let paths = "POST /visit, /teach, /sweep, /reload; GET /status";
     error(
         StatusCode::NOT_FOUND,
         format!("no such path; there are {paths}"),
@@ -112,7 +125,7 @@ async fn unknown_path() -> Response {
 }
 
 async fn wrong_method() -> Response {
-    let text = "wrong method: POST /visit, /teach, /sweep; GET /status";
+    let text = "wrong method: POST /visit, /teach, /sweep, /reload; GET /status";
     error(StatusCode::METHOD_NOT_ALLOWED, text.to_owned())
 }
 

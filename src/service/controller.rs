@@ -7,7 +7,7 @@ use super::logging::LogLevelHandle;
 use super::message::{ClientRequest, ServiceMessage};
 use super::record_time::record_time_now;
 use super::reference_cache::ReferenceCache;
-use super::replies::{ServiceReply, StatusReply};
+use super::replies::{ReloadReply, ServiceReply, StatusReply};
 use super::scanner_thread::{ScannerEvent, ScannerThread};
 use super::storage_watch::StorageWatch;
 use super::store_writer::StoreWriter;
@@ -28,6 +28,7 @@ use tokio::sync::{oneshot, watch};
 mod clients;
 mod housekeeping;
 mod storage;
+mod reloading;
 
 /// Threads and channels that the controller acts through.
 pub(super) struct Services {
@@ -48,6 +49,8 @@ pub(super) struct Controller {
     settings: Arc<Settings>,
     /// Valid configuration that the patrol has not applied yet.
     next_config: Option<Box<LoadedConfig>>,
+    /// Clients that wait until it is applied.
+    reload_clients: Vec<oneshot::Sender<ReloadReply>>,
     references: ReferenceCache,
     /// Waiting clients by request id.
     reply_channels: HashMap<u64, oneshot::Sender<ServiceReply>>,
@@ -71,7 +74,8 @@ pub(super) struct Controller {
 }
 
 impl Controller {
-    pub(super) fn start(services: Services, settings: Arc<Settings>) -> Self {
+    pub(super) fn start(services: Services, loaded: &LoadedConfig) -> Self {
+        let settings = Arc::new(loaded.settings.clone());
         let (machine, first_actions) = PatrolMachine::start();
         let now = Instant::now();
         let mut controller = Self {
@@ -79,6 +83,7 @@ impl Controller {
             machine,
             settings,
             next_config: None,
+            reload_clients: Vec::new(),
             references: ReferenceCache::default(),
             reply_channels: HashMap::new(),
             last_request_id: 0,
@@ -103,6 +108,7 @@ impl Controller {
             "service",
             format!("patrold {version} started"),
         );
+        controller.keep_configuration(loaded);
         controller.perform(first_actions);
         controller.publish_status();
         controller
@@ -147,15 +153,20 @@ impl Controller {
                 let result = result.map_err(|refusal| refusal.to_string());
                 PatrolEvent::Recorded(id, result.map(|reply| self.recorded_reply = Some(reply)))
             }
-            ServiceMessage::ConfigRead(Ok(loaded)) => {
+            ServiceMessage::ConfigRead(Ok(loaded), client) => {
                 let change = self.settings_change(&loaded.settings);
                 self.next_config = Some(loaded);
+                self.reload_clients.extend(client);
                 PatrolEvent::Reload(Ok(change))
             }
-            ServiceMessage::ConfigRead(Err(errors)) => {
-                PatrolEvent::Reload(Err(errors.iter().map(ToString::to_string).collect()))
+            ServiceMessage::ConfigRead(Err(errors), client) => {
+                let mistakes: Vec<String> = errors.iter().map(ToString::to_string).collect();
+                self.refuse_reload(mistakes.clone(), client);
+                PatrolEvent::Reload(Err(mistakes))
             }
             ServiceMessage::Storage(report) => return self.report_storage(&report),
+            // The loop reads the files and sends what they have.
+            ServiceMessage::ReloadRequested(_) => return,
             ServiceMessage::Note(severity, device, text) => {
                 return self.log_event(severity, &device, text);
             }
@@ -184,10 +195,6 @@ impl Controller {
             self.apply_retention();
         }
         self.maintain_storage();
-    }
-
-    pub(super) fn notify_reloading(&self) {
-        self.services.systemd.reloading();
     }
 
     pub(super) fn stop(&mut self) {

@@ -1,7 +1,7 @@
 //! Messages to the service loop.
 
 use super::judgement::SweepJudgement;
-use super::replies::ServiceReply;
+use super::replies::{ReloadReply, ServiceReply};
 use super::scanner_thread::ScannerEvent;
 use crate::config::{ConfigError, LoadedConfig};
 use crate::patrol::event::{PatrolTask, RefusalReason};
@@ -28,8 +28,13 @@ pub(super) enum ServiceMessage {
     Judged(u64, SweepJudgement),
     /// The outcome is on disk.
     Recorded(u64, Result<ServiceReply, RefusalReason>),
-    /// The configuration files were read for a reload.
-    ConfigRead(Result<Box<LoadedConfig>, Vec<ConfigError>>),
+    /// A client asks for a reload.
+    ReloadRequested(oneshot::Sender<ReloadReply>),
+    /// The configuration files were read for a reload; the client that asked for it, if one did.
+    ConfigRead(
+        Result<Box<LoadedConfig>, Vec<ConfigError>>,
+        Option<oneshot::Sender<ReloadReply>>,
+    ),
     /// What the upkeep of the store found.
     Storage(Box<StorageReport>),
     /// For the event log: severity, device, text.

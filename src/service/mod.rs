@@ -10,6 +10,7 @@ mod judgement;
 mod lock;
 mod logging;
 mod message;
+mod reading_result;
 mod record_time;
 mod reference_cache;
 pub mod replies;

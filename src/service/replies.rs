@@ -145,6 +145,21 @@ pub struct CurrentStatus {
     pub waypoint: String,
 }
 
+/// What became of reading the configuration's files.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct ReloadReply {
+    /// Whether they are in force.
+    pub taken: bool,
+    /// RFC 3339, UTC.
+    pub at: String,
+    /// The files in force.
+    pub files: Vec<String>,
+    /// Why they were not taken, one line each.
+    pub mistakes: Vec<String>,
+    /// Keys whose new values wait for a restart of the service.
+    pub needs_restart: Vec<String>,
+}
+
 /// Answer to `GET /status`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StatusReply {
@@ -168,6 +183,9 @@ pub struct StatusReply {
     pub config_files: Vec<String>,
     /// RFC 3339, UTC.
     pub config_loaded_at: String,
+    /// The last reading of the configuration's files, at the start or for a reload.
+    #[serde(default)]
+    pub config_read: ReloadReply,
     /// The store's folder.
     pub store_dir: String,
 }

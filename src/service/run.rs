@@ -8,15 +8,15 @@ use super::error::ServiceError;
 use super::lock::StoreLock;
 use super::logging::{self, LogLevelHandle};
 use super::message::{ServiceCommand, ServiceMessage};
-use super::record_time::record_time_now;
-use super::replies::StatusReply;
+use super::reading_result::reading_result;
+use super::replies::{ReloadReply, StatusReply};
 use super::scanner::{DeviceNoteSink, ScannerConnector};
 use super::scanner_thread::ScannerThread;
 use super::socket;
 use super::station_scanner::StationConnector;
 use super::store_writer::StoreWriter;
 use super::systemd::SystemdNotifier;
-use crate::config::{LoadedConfig, load};
+use crate::config::{LoadedConfig, load, load_last_good};
 use crate::patrol::severity::Severity;
 use crate::store::{Disk, Ledger, Store, SystemDisk};
 use link::Clock;
@@ -46,12 +46,14 @@ pub struct ServiceParts {
 }
 
 /// Runs the service with the configuration in `config` (or the default file) until SIGTERM or SIGINT; SIGHUP reloads the
-/// configuration. The devices run on `clock`.
+/// configuration. The devices run on `clock`. Where the configuration has mistakes, the last good one is used.
 ///
 /// # Errors
-/// Wrong configuration, a store or socket that cannot be used. Absent devices are no error.
+/// Wrong configuration and no good one kept, a store or socket that cannot be used. Absent devices are no error.
 pub fn run(config: Option<&Path>, clock: Clock) -> Result<(), ServiceError> {
-    let loaded = load(config, &[]).map_err(ServiceError::Config)?;
+    let loaded = load(config, &[])
+        .or_else(|errors| load_last_good(config, errors))
+        .map_err(ServiceError::Config)?;
     let log = logging::start(&loaded.settings.log);
     let system = |what| move |source| ServiceError::System { what, source };
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -125,7 +127,7 @@ pub async fn serve(
     parts: ServiceParts,
     mut commands: Receiver<ServiceCommand>,
 ) -> Result<(), ServiceError> {
-    let settings = Arc::new(parts.loaded.settings.clone());
+    let settings = &parts.loaded.settings;
     let lock = StoreLock::acquire(&settings.store.dir)?;
     let store = Store::open_on(&settings.store.dir, Arc::clone(&parts.disk))?;
     let mut ledger = Ledger::new(store);
@@ -148,8 +150,8 @@ pub async fn serve(
         &inbox,
         status,
     )?;
-    let store_dir = settings.store.dir.clone();
-    let mut controller = Controller::start(services, settings);
+    let store_dir = parts.loaded.settings.store.dir.clone();
+    let mut controller = Controller::start(services, &parts.loaded);
     controller.report_store_start(&start);
     let damage_inbox = inbox.clone();
     let report = move |text| {
@@ -165,12 +167,18 @@ pub async fn serve(
     let mut stop_by = None;
     while !controller.has_exited() && stop_by.is_none_or(|at| Instant::now() < at) {
         tokio::select! {
-            Some(message) = messages.recv() => controller.handle_message(message),
+            Some(message) = messages.recv() => match message {
+                ServiceMessage::ReloadRequested(client) => {
+                    controller.notify_reloading();
+                    read_config(parts.config_path.clone(), inbox.clone(), Some(client));
+                }
+                message => controller.handle_message(message),
+            },
             _ = ticks.tick() => controller.tick(),
             command = commands.recv(), if stop_by.is_none() => match command {
                 Some(ServiceCommand::Reload) => {
                     controller.notify_reloading();
-                    read_config(parts.config_path.clone(), inbox.clone());
+                    read_config(parts.config_path.clone(), inbox.clone(), None);
                 }
                 Some(ServiceCommand::Stop) | None => {
                     stop_by = Some(Instant::now() + STOP_LIMIT);
@@ -225,28 +233,29 @@ fn thread_error(source: std::io::Error) -> ServiceError {
     }
 }
 
-fn read_config(path: Option<PathBuf>, inbox: UnboundedSender<ServiceMessage>) {
+fn read_config(
+    path: Option<PathBuf>,
+    inbox: UnboundedSender<ServiceMessage>,
+    client: Option<oneshot::Sender<ReloadReply>>,
+) {
     tokio::task::spawn_blocking(move || {
         let result = load(path.as_deref(), &[]).map(Box::new);
         // The loop may have ended meanwhile.
-        let _ = inbox.send(ServiceMessage::ConfigRead(result));
+        let _ = inbox.send(ServiceMessage::ConfigRead(result, client));
     });
 }
 
 fn initial_status(loaded: &LoadedConfig) -> StatusReply {
     let settings = &loaded.settings;
-    let now = record_time_now().to_rfc3339();
+    let config_read = reading_result(loaded);
     StatusReply {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         robot: settings.robot.name.clone(),
         pid: std::process::id(),
-        started_at: now.clone(),
-        config_files: loaded
-            .files
-            .iter()
-            .map(|f| f.display().to_string())
-            .collect(),
-        config_loaded_at: now,
+        started_at: config_read.at.clone(),
+        config_files: config_read.files.clone(),
+        config_loaded_at: config_read.at.clone(),
+        config_read,
         store_dir: settings.store.dir.display().to_string(),
         ..StatusReply::default()
     }

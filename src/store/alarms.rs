@@ -1,28 +1,16 @@
 //! The alarm log: alarms are raised, extended, acknowledged, cleared and listed.
 
-use super::connection::{RecordTime, Store, time_text};
+use super::alarm_filter::AlarmFilter;
+use super::answers::{insert_answer, newest_answer};
+use super::connection::{RecordTime, Store};
 use super::error::StoreError;
-use super::lookup::check_in_log;
 use super::novelties::{novelties, to_sighting};
-use crate::alarm::{AlarmState, Incident};
+use super::time_range::is_clock_unset;
+use super::visit_log::ground_of;
+use crate::alarm::{AlarmAnswer, Incident};
 use patrold_engine::report::NoveltyRecord;
-use rusqlite::{Connection, OptionalExtension, Transaction, params, params_from_iter};
+use rusqlite::{Connection, OptionalExtension, Transaction, params};
 use serde::Serialize;
-
-/// Which alarms to list; `None`: any.
-#[derive(Debug, Clone, Default)]
-pub struct AlarmFilter {
-    /// Last seen at or after.
-    pub since: Option<jiff::Timestamp>,
-    /// Raised at or before.
-    pub until: Option<jiff::Timestamp>,
-    /// Name of the waypoint.
-    pub waypoint: Option<String>,
-    /// State.
-    pub state: Option<AlarmState>,
-    /// The newest N.
-    pub limit: Option<u32>,
-}
 
 /// An alarm with its first visit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -37,6 +25,8 @@ pub struct AlarmRow {
     pub raised_at: String,
     /// When its change was last seen, RFC 3339.
     pub last_seen_at: String,
+    /// Whether one of these stamps comes from a clock that was not set.
+    pub clock_unset: bool,
     /// Number of visits that saw the change.
     pub visits: i64,
     /// The kernel's boot id when it was raised.
@@ -61,6 +51,8 @@ pub struct AlarmRow {
     pub acknowledged_by: Option<String>,
     /// Notes, one line each.
     pub note: Option<String>,
+    /// What a guard said: confirmed or false_alarm; `None`: nothing yet.
+    pub answer: Option<String>,
     /// When it was cleared, RFC 3339.
     pub cleared_at: Option<String>,
     /// Why it was cleared.
@@ -80,32 +72,9 @@ impl Store {
     /// # Errors
     /// A waypoint name that the log does not know, or the database fails.
     pub fn alarms(&self, filter: &AlarmFilter) -> Result<Vec<AlarmRow>, StoreError> {
-        let mut conditions = Vec::new();
-        let mut values: Vec<String> = Vec::new();
-        let mut require = |condition: &str, value: Option<String>| {
-            if let Some(value) = value {
-                values.push(value);
-                conditions.push(format!("{condition} ?{}", values.len()));
-            }
-        };
-        require("a.last_seen_at >=", filter.since.map(time_text));
-        require("a.raised_at <=", filter.until.map(time_text));
-        require("w.name =", filter.waypoint.clone());
-        require("a.state =", filter.state.map(|s| s.as_str().to_owned()));
-        let condition = if conditions.is_empty() {
-            String::new()
-        } else {
-            format!("WHERE {}", conditions.join(" AND "))
-        };
-        let limit = filter.limit.map_or(-1, i64::from);
-        let sql = format!("{SELECT} {condition} ORDER BY a.id DESC LIMIT {limit}");
         self.query(|db| {
-            if let Some(name) = &filter.waypoint {
-                check_in_log(db, name)?;
-            }
-            let mut query = db.prepare(&sql)?;
-            let rows = query.query_map(params_from_iter(values), read_row)?;
-            rows.map(|row| with_novelties(db, row?)).collect()
+            let ids = filter.matching_ids(db)?;
+            ids.into_iter().map(|id| find_alarm(db, id)).collect()
         })
     }
 
@@ -151,17 +120,35 @@ impl Store {
             find_alarm(change, id)
         })
     }
+
+    /// Keeps what a guard says about an alarm. The newest answer counts.
+    ///
+    /// # Errors
+    /// No such alarm.
+    pub fn answer_alarm(
+        &mut self,
+        id: i64,
+        answer: AlarmAnswer,
+        by: &str,
+        stamp: &RecordTime,
+    ) -> Result<AlarmRow, StoreError> {
+        self.transaction_with_reserve(|change| {
+            find_alarm(change, id)?;
+            insert_answer(change, id, answer, by, stamp)?;
+            find_alarm(change, id)
+        })
+    }
 }
 
 fn find_alarm(db: &Connection, id: i64) -> Result<AlarmRow, StoreError> {
-    let row = db
-        .query_row(&format!("{SELECT} WHERE a.id = ?1"), [id], read_row)
-        .optional()?;
+    let mut query = db.prepare_cached(&format!("{SELECT} WHERE a.id = ?1"))?;
+    let row = query.query_row([id], read_row).optional()?;
     with_novelties(db, row.ok_or(StoreError::UnknownAlarm(id))?)
 }
 
 fn with_novelties(db: &Connection, mut alarm: AlarmRow) -> Result<AlarmRow, StoreError> {
     alarm.novelties = novelties(db, "visit_id = ?1", alarm.visit_id)?;
+    alarm.answer = newest_answer(db, alarm.id)?;
     Ok(alarm)
 }
 
@@ -172,12 +159,14 @@ fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<AlarmRow> {
         Some(version) => format!("{waypoint}/{version}"),
         None => waypoint.clone(),
     };
+    let [raised_at, last_seen_at]: [String; 2] = [row.get(3)?, row.get(4)?];
     Ok(AlarmRow {
         id: row.get(0)?,
         waypoint,
         state: row.get(2)?,
-        raised_at: row.get(3)?,
-        last_seen_at: row.get(4)?,
+        clock_unset: is_clock_unset(&raised_at) || is_clock_unset(&last_seen_at),
+        raised_at,
+        last_seen_at,
         visits: row.get(5)?,
         boot_id: row.get(6)?,
         d_gmm: row.get(7)?,
@@ -190,14 +179,10 @@ fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<AlarmRow> {
         acknowledged_at: row.get(12)?,
         acknowledged_by: row.get(13)?,
         note: row.get(14)?,
+        answer: None,
         cleared_at: row.get(15)?,
         cleared_because: row.get(16)?,
     })
-}
-
-fn ground_of(engine: &str) -> Option<String> {
-    let engine: serde_json::Value = serde_json::from_str(engine).ok()?;
-    Some(engine.get("ground")?.as_str()?.to_owned())
 }
 
 /// The alarms of a waypoint that are not cleared, with what their first and last visit saw.

@@ -332,6 +332,7 @@ const MIGRATIONS: &[M<'static>] = &[
     M::up(include_str!("../../migrations/0001_patrol.sql")),
     M::up(include_str!("../../migrations/0002_reference_mixture.sql")),
     M::up(include_str!("../../migrations/0003_evidence.sql")),
+    M::up(include_str!("../../migrations/0005_log_queries.sql")),
 ];
 
 fn migrations() -> Migrations<'static> {

@@ -2,9 +2,35 @@
 
 use super::connection::{RecordTime, Store};
 use super::error::StoreError;
+use super::newest::{Conditions, newest_ids};
+use super::time_range::{TimeRange, is_clock_unset};
 use crate::patrol::severity::Severity;
 use rusqlite::{Transaction, params};
 use serde::Serialize;
+
+/// Which events to list; `None`: any. A number is the newest so many.
+#[derive(Debug, Clone)]
+pub struct EventFilter {
+    /// When they were.
+    pub range: TimeRange,
+    /// How bad.
+    pub severity: Option<Severity>,
+    /// laser, ptu, devices or service.
+    pub device: Option<String>,
+    /// The newest N.
+    pub limit: u32,
+}
+
+impl From<u32> for EventFilter {
+    fn from(limit: u32) -> Self {
+        Self {
+            range: TimeRange::default(),
+            severity: None,
+            device: None,
+            limit,
+        }
+    }
+}
 
 /// An event as stored.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -13,6 +39,8 @@ pub struct EventRow {
     pub id: i64,
     /// RFC 3339.
     pub at: String,
+    /// Whether that stamp comes from a clock that was not set.
+    pub clock_unset: bool,
     /// info, warning or error.
     pub level: String,
     /// laser, ptu or service.
@@ -36,27 +64,36 @@ impl Store {
         self.transaction(|change| insert_event(change, severity, device, text, stamp))
     }
 
-    /// The newest events, newest first.
+    /// Events that match, newest first.
     ///
     /// # Errors
     /// The database fails.
-    pub fn events(&self, limit: u32) -> Result<Vec<EventRow>, StoreError> {
+    pub fn events(&self, filter: impl Into<EventFilter>) -> Result<Vec<EventRow>, StoreError> {
+        let filter = filter.into();
+        let mut conditions = Conditions::default();
+        let level = filter.severity.map(|severity| severity.as_str().to_owned());
+        conditions.require_some("level = ?", level);
+        conditions.require_some("device = ?", filter.device);
         self.query(|db| {
-            let mut query = db.prepare(
-                "SELECT id, at, level, device, text FROM event ORDER BY id DESC LIMIT ?1",
-            )?;
-            let rows = query.query_map([limit], |row| {
-                Ok(EventRow {
-                    id: row.get(0)?,
-                    at: row.get(1)?,
-                    level: row.get(2)?,
-                    device: row.get(3)?,
-                    text: row.get(4)?,
-                })
-            })?;
+            let ids = newest_ids(db, "event", &[conditions], &filter.range, filter.limit)?;
+            let mut query =
+                db.prepare_cached("SELECT id, at, level, device, text FROM event WHERE id = ?1")?;
+            let rows = ids.iter().map(|id| query.query_row([id], read_row));
             Ok(rows.collect::<Result<_, _>>()?)
         })
     }
+}
+
+fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<EventRow> {
+    let at: String = row.get(1)?;
+    Ok(EventRow {
+        id: row.get(0)?,
+        clock_unset: is_clock_unset(&at),
+        at,
+        level: row.get(2)?,
+        device: row.get(3)?,
+        text: row.get(4)?,
+    })
 }
 
 pub(super) fn insert_event(

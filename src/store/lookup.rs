@@ -24,6 +24,14 @@ pub(super) fn check_in_log(db: &Connection, name: &str) -> Result<(), StoreError
     Err(StoreError::NotInLog { name, known })
 }
 
+/// Ids of all waypoints that ever had the name, forgotten ones too.
+pub(super) fn waypoint_ids_in_log(db: &Connection, name: &str) -> Result<Vec<i64>, StoreError> {
+    check_in_log(db, name)?;
+    let mut query = db.prepare_cached("SELECT id FROM waypoint WHERE name = ?1 ORDER BY id")?;
+    let ids = query.query_map([name], |row| row.get(0))?;
+    Ok(ids.collect::<Result<_, _>>()?)
+}
+
 fn join_names(db: &Connection, condition: &str) -> Result<String, StoreError> {
     let sql = format!("SELECT DISTINCT name FROM waypoint {condition} ORDER BY name");
     let mut query = db.prepare(&sql)?;

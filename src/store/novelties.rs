@@ -66,7 +66,7 @@ pub(super) fn novelties(
     condition: &str,
     id: i64,
 ) -> Result<Vec<NoveltyRecord>, StoreError> {
-    let mut query = db.prepare(&format!(
+    let mut query = db.prepare_cached(&format!(
         "SELECT record, kind, x_m, y_m, z_m, points, mass, contribution
          FROM novelty WHERE {condition} ORDER BY visit_id, position"
     ))?;

@@ -30,9 +30,8 @@ fn configurations_with_errors() {
             &["config", "check"][..],
             &["config", "show"],
             &["compare", "good.ply", "good.ply"],
-            &["alarms"],
-            &["alarms", "ack", "1"],
-            &["waypoints"],
+            &["waypoints", "forget", "hall"],
+            &["rejudge", "1"],
         ] {
             let ran = patrold(dir.path(), &[command, &["--config", file]].concat());
             let case = format!("{command:?} with {file}: {ran:?}");
@@ -46,6 +45,57 @@ fn configurations_with_errors() {
         }
     }
     assert_eq!(listing(dir.path()), before);
+}
+
+/// Reading the log needs only the store's place.
+#[test]
+fn a_bad_configuration_stops_no_reader() {
+    let dir = crate::log::store_folder();
+    let mistakes = [
+        (
+            "novelty.u_th = 1\n",
+            "c.toml:2: unknown key novelty.u_th; did you mean novelty.u_th_m?",
+        ),
+        ("[novelty\n", "c.toml:2: is not TOML"),
+        (
+            "laser.port = \"/dev/patrold-ptu\"\n",
+            "c.toml:2: laser.port and ptu.port",
+        ),
+    ];
+    for (wrong, names) in mistakes {
+        let text = format!("store.dir = \"store\"\n{wrong}");
+        std::fs::write(dir.path().join("c.toml"), text).expect("written");
+        for command in [
+            &["alarms"][..],
+            &["alarms", "show", "2"],
+            &["alarms", "export"],
+            &["alarms", "ack", "2"],
+            &["visits"],
+            &["visits", "show", "1"],
+            &["events"],
+            &["waypoints"],
+            &["waypoints", "show", "hall"],
+        ] {
+            let ran = crate::log::run(dir.path(), command);
+            assert_eq!(ran.code, 0, "{command:?} {ran:?}");
+            let warned =
+                ran.err.starts_with("patrold: warning: c.toml:") && ran.err.contains(names);
+            assert!(
+                warned && ran.err.lines().count() == 1,
+                "{command:?} {ran:?}"
+            );
+            assert!(!ran.out.is_empty(), "{command:?}");
+        }
+        let status = crate::log::run(dir.path(), &["status"]);
+        assert_eq!((status.code, status.err.as_str()), (0, ""));
+        assert!(
+            status.out.contains("has mistakes") && status.out.contains(names),
+            "{status:?}"
+        );
+    }
+    // Where the file itself cannot be read nothing is known.
+    let none = patrold(dir.path(), &["alarms", "--config", "none.toml"]);
+    assert_eq!((none.code, none.out.as_str()), (2, ""), "{none:?}");
 }
 
 #[test]

@@ -23,7 +23,7 @@ fn check_accepts_a_valid_file() {
     schema::check("config-check", &ran.json());
     assert_eq!(
         ran.json(),
-        json!({"valid": true, "files": ["c.toml"], "mistakes": []})
+        json!({"valid": true, "files": ["c.toml"], "mistakes": [], "warnings": []})
     );
     let ran = patrold(dir.path(), &["config", "check", "--config", "c.toml"]);
     assert_eq!((ran.code, ran.out.as_str()), (0, "valid: c.toml\n"));

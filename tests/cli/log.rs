@@ -100,7 +100,18 @@ pub(crate) fn visit(
     seen: &[NoveltyRecord],
     second: i64,
 ) {
-    let view = View::from_points(vec![Point3::new(9.0, 2.0, second as f64)], Point3::origin());
+    visit_at(store, waypoint, verdict, seen, &record_time(second));
+}
+
+pub(crate) fn visit_at(
+    store: &mut Store,
+    waypoint: &str,
+    verdict: Verdict,
+    seen: &[NoveltyRecord],
+    stamp: &RecordTime,
+) {
+    let second = stamp.at.as_second() as f64;
+    let view = View::from_points(vec![Point3::new(9.0, 2.0, second)], Point3::origin());
     let visit = NewVisit {
         waypoint,
         reference_id: Some(store.reference(waypoint).expect("reference").id),
@@ -119,9 +130,7 @@ pub(crate) fn visit(
         novelties: seen,
         same_place_m: 0.5,
     };
-    store
-        .record_visit(&visit, &record_time(second))
-        .expect("recorded");
+    store.record_visit(&visit, stamp).expect("recorded");
 }
 
 /// Alarms 1 (dock, cleared), 2 (hall, acknowledged) and 3 (hall, open, two novelties), raised an hour apart.

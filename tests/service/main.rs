@@ -7,6 +7,9 @@ mod references;
 mod storage;
 #[path = "../harness/faulty_disk.rs"]
 mod faulty_disk;
+mod reload;
+#[path = "../harness/schema.rs"]
+mod schema;
 #[path = "../harness/stored_mixture.rs"]
 mod stored_mixture;
 

@@ -17,7 +17,7 @@ pub(crate) fn patrold(dir: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-fn configure(dir: &Path, more: &str) {
+pub(crate) fn configure(dir: &Path, more: &str) {
     let text = format!(
         "store.dir = {:?}\napi.socket = {:?}\nlaser.port = {:?}\nptu.port = {:?}\n{more}",
         dir.join("store"),
@@ -29,10 +29,10 @@ fn configure(dir: &Path, more: &str) {
 }
 
 /// The socket that systemd gives a service for its notifications.
-struct NotifySocket(UnixDatagram);
+pub(crate) struct NotifySocket(UnixDatagram);
 
 impl NotifySocket {
-    fn listen(dir: &Path) -> Self {
+    pub(crate) fn listen(dir: &Path) -> Self {
         let socket = UnixDatagram::bind(dir.join("notify")).expect("bound");
         let timeout = Some(Duration::from_secs(20));
         socket.set_read_timeout(timeout).expect("set");
@@ -40,7 +40,7 @@ impl NotifySocket {
     }
 
     /// The next message that contains `wanted`.
-    fn wait_for(&self, wanted: &str) -> String {
+    pub(crate) fn wait_for(&self, wanted: &str) -> String {
         let mut buffer = [0; 4096];
         loop {
             let received = self.0.recv(&mut buffer);
@@ -53,14 +53,14 @@ impl NotifySocket {
     }
 }
 
-fn signal(child: &Child, name: &str) {
+pub(crate) fn signal(child: &Child, name: &str) {
     let sent = Command::new("kill")
         .args([name, &child.id().to_string()])
         .status();
     assert!(sent.expect("kill runs").success());
 }
 
-fn stderr(output: &Output) -> String {
+pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 

@@ -1,72 +1,17 @@
-//! What the controller does besides the patrol: settings, event log, retention, status.
+//! What the controller does besides the patrol: event log, retention, status.
 
 use super::Controller;
-use crate::config::Settings;
-use crate::patrol::event::SettingsChange;
 use crate::patrol::machine::DeviceAvailability;
 use crate::patrol::severity::Severity;
 use crate::service::constants::RETENTION_INTERVAL;
 use crate::service::record_time::record_time_now;
-use crate::service::reference_cache::ReferenceCache;
 use crate::service::replies::{CurrentStatus, DevicesStatus};
 use crate::store::Retention;
-use std::sync::Arc;
 use std::time::Instant;
 
 const BYTES_PER_GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 
 impl Controller {
-    pub(super) fn settings_change(&self, new: &Settings) -> SettingsChange {
-        let old = &self.settings;
-        if old.laser == new.laser && old.ptu == new.ptu {
-            SettingsChange::KeepDevices
-        } else {
-            SettingsChange::ReopenDevices
-        }
-    }
-
-    pub(super) fn apply_settings(&mut self) {
-        let Some(loaded) = self.next_config.take() else {
-            return;
-        };
-        let (old, new) = (&self.settings, &loaded.settings);
-        let needs_restart = [
-            ("store.dir", old.store.dir != new.store.dir),
-            ("api.socket", old.api != new.api),
-            ("log.to", old.log.to != new.log.to),
-        ];
-        for (key, _) in needs_restart.iter().filter(|(_, changed)| *changed) {
-            tracing::warn!("{key} changed; it takes effect when the service is restarted");
-        }
-        if let Some(log) = &self.services.log {
-            log.set(&new.log.level);
-        }
-        // The cached ones were prepared under the old settings.
-        self.references = ReferenceCache::default();
-        self.settings = Arc::new(loaded.settings.clone());
-        self.services.status.send_modify(|status| {
-            status.robot.clone_from(&loaded.settings.robot.name);
-            status.config_files = loaded
-                .files
-                .iter()
-                .map(|f| f.display().to_string())
-                .collect();
-            status.config_loaded_at = record_time_now().to_rfc3339();
-        });
-        let text = "configuration reloaded".to_owned();
-        self.log_event(Severity::Info, "service", text);
-        self.services.systemd.ready();
-    }
-
-    pub(super) fn keep_settings(&mut self, errors: &[String]) {
-        let text = format!(
-            "configuration not reloaded, the old one stays: {}",
-            errors.join("; ")
-        );
-        self.log_event(Severity::Error, "service", text);
-        self.services.systemd.ready();
-    }
-
     pub(super) fn log_event(&mut self, severity: Severity, device: &str, text: String) {
         match severity {
             Severity::Info => tracing::info!(DEVICE = device, "{device}: {text}"),

@@ -1,0 +1,240 @@
+//! The report of `patrold status`, and its text.
+
+use super::config::sources_text;
+use super::local_time::local_time;
+use super::table;
+use crate::service::replies::StatusReply;
+use crate::store::{EventRow, VisitRow};
+use serde::Serialize;
+use serde_json::Value;
+
+const BYTES_PER_GB: f64 = 1e9;
+
+/// All that `patrold status` reports.
+#[derive(Debug, Serialize)]
+pub(super) struct StatusReport {
+    pub(super) service: ServiceReport,
+    pub(super) devices: Vec<DeviceReport>,
+    pub(super) waypoints: Vec<WaypointReport>,
+    /// Open ones first, then acknowledged ones; the newest of each.
+    pub(super) incidents: Vec<IncidentReport>,
+    /// Alarms that are not cleared.
+    pub(super) standing: i64,
+    pub(super) configuration: ConfigReport,
+    pub(super) store: StoreReport,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct ServiceReport {
+    pub(super) running: bool,
+    /// Why it does not answer.
+    pub(super) why: Option<String>,
+    pub(super) status: Option<StatusReply>,
+}
+
+/// What the log knows of a device; what the device itself said is in the service's status.
+#[derive(Debug, Serialize)]
+pub(super) struct DeviceReport {
+    pub(super) device: &'static str,
+    pub(super) last_event: Option<EventRow>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct WaypointReport {
+    pub(super) waypoint: String,
+    pub(super) reference_version: Option<i64>,
+    pub(super) standing_alarms: i64,
+    pub(super) last_visit: Option<VisitRow>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct IncidentReport {
+    pub(super) id: i64,
+    pub(super) waypoint: String,
+    pub(super) state: String,
+    pub(super) raised_at: String,
+    pub(super) last_seen_at: String,
+    pub(super) clock_unset: bool,
+    /// A line for each thing.
+    pub(super) what: Vec<String>,
+}
+
+/// The files as they are now; what is in force is in the service's status.
+#[derive(Debug, Serialize)]
+pub(super) struct ConfigReport {
+    pub(super) mistakes: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct StoreReport {
+    pub(super) dir: String,
+    /// Why the log cannot be read.
+    pub(super) error: Option<String>,
+    pub(super) disk: Option<DiskReport>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct DiskReport {
+    pub(super) free_bytes: u64,
+    pub(super) total_bytes: u64,
+}
+
+pub(super) fn status_text(report: &StatusReport) -> String {
+    let mut lines = service_lines(&report.service);
+    lines.extend(device_lines(report));
+    lines.extend(configuration_lines(report));
+    lines.push(store_line(&report.store));
+    if report.standing > 0 {
+        lines.push(format!("incidents: {} not cleared", report.standing));
+    } else if report.store.error.is_none() {
+        lines.push("incidents: none".to_owned());
+    }
+    for incident in &report.incidents {
+        lines.push(format!(
+            "  alarm {} at {}, {} since {}: {}",
+            incident.id,
+            incident.waypoint,
+            incident.state,
+            local_time(&incident.raised_at, incident.clock_unset),
+            incident.what.join("; ")
+        ));
+    }
+    if !report.waypoints.is_empty() {
+        lines.push(waypoint_table(&report.waypoints));
+    }
+    lines.join("\n")
+}
+
+fn service_lines(service: &ServiceReport) -> Vec<String> {
+    let Some(status) = &service.status else {
+        let why = service.why.as_deref().unwrap_or_default();
+        return vec![format!("service: down ({why})")];
+    };
+    let mut line = format!(
+        "service: up, {} {} (pid {}), {}, since {}",
+        status.robot,
+        status.version,
+        status.pid,
+        status.phase,
+        local_time(&status.started_at, false)
+    );
+    if let Some(current) = &status.current {
+        let text = format!("{} {}", current.task, current.waypoint);
+        line.push_str(&format!(
+            "; doing {}, {} waiting",
+            text.trim_end(),
+            status.waiting
+        ));
+    }
+    vec![line]
+}
+
+fn device_lines(report: &StatusReport) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(status) = &report.service.status {
+        let reason = status.devices.reason.iter().map(|why| format!(": {why}"));
+        lines.push(format!(
+            "devices: {}{}",
+            status.devices.state,
+            reason.collect::<String>()
+        ));
+        for device in ["laser", "ptu"] {
+            if let Some(Value::Object(figures)) = status.devices.identity.get(device) {
+                let figures = figures.iter().filter(|(_, value)| !value.is_null());
+                let figures: Vec<String> = figures
+                    .filter(|(_, value)| !value.is_object())
+                    .map(|(name, value)| format!("{name} {}", short(value)))
+                    .collect();
+                lines.push(format!("  {device}: {}", figures.join(", ")));
+            }
+        }
+    }
+    for device in &report.devices {
+        if let Some(event) = &device.last_event {
+            lines.push(format!(
+                "  last of {}: {} {}: {}",
+                device.device,
+                local_time(&event.at, event.clock_unset),
+                event.level,
+                event.text
+            ));
+        }
+    }
+    lines
+}
+
+fn short(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Array(list) => list.iter().map(short).collect::<Vec<_>>().join(" "),
+        other => other.to_string(),
+    }
+}
+
+fn configuration_lines(report: &StatusReport) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(status) = &report.service.status {
+        lines.push(format!(
+            "configuration: {}, in force since {}",
+            sources_text(&status.config_files),
+            local_time(&status.config_loaded_at, false)
+        ));
+        let read = &status.config_read;
+        if !read.taken {
+            lines.push(format!(
+                "  NOT taken at {}; the one above stays in force:",
+                local_time(&read.at, false)
+            ));
+            lines.extend(read.mistakes.iter().map(|mistake| format!("    {mistake}")));
+            return lines;
+        }
+    }
+    if !report.configuration.mistakes.is_empty() {
+        lines.push(
+            "configuration on disk: has mistakes, a start or reload would not take it".to_owned(),
+        );
+        let mistakes = report.configuration.mistakes.iter();
+        lines.extend(mistakes.map(|mistake| format!("    {mistake}")));
+    } else if report.service.status.is_none() {
+        lines.push("configuration on disk: valid".to_owned());
+    }
+    lines
+}
+
+fn store_line(store: &StoreReport) -> String {
+    let disk = match &store.disk {
+        Some(disk) => format!(
+            "{:.1} of {:.1} GB free",
+            disk.free_bytes as f64 / BYTES_PER_GB,
+            disk.total_bytes as f64 / BYTES_PER_GB
+        ),
+        None => "no such folder".to_owned(),
+    };
+    let error = store
+        .error
+        .iter()
+        .map(|error| format!("; the log cannot be read: {error}"));
+    format!("store: {}, {disk}{}", store.dir, error.collect::<String>())
+}
+
+fn waypoint_table(waypoints: &[WaypointReport]) -> String {
+    let mut rows = table::table(&["waypoint", "last visit", "verdict", "alarms", "reason"]);
+    for waypoint in waypoints {
+        let [at, verdict, reason] = match &waypoint.last_visit {
+            Some(visit) => [
+                local_time(&visit.at, visit.clock_unset),
+                visit.verdict.replace('_', " "),
+                visit.reason.clone(),
+            ],
+            None => ["never", "-", "-"].map(str::to_owned),
+        };
+        rows.add_row([
+            waypoint.waypoint.clone(),
+            at,
+            verdict,
+            waypoint.standing_alarms.to_string(),
+            reason,
+        ]);
+    }
+    rows.to_string()
+}
