@@ -91,7 +91,7 @@ enum CliCommand {
     Evaluate(evaluate::EvaluateArgs),
     /// Repeat the experiments of the paper and print its tables beside ours
     Reproduce(reproduce::ReproduceArgs),
-    /// Judge a stored sweep again with the current settings; nothing is written
+    /// Judge stored sweeps again with the current settings; nothing is written
     Rejudge(rejudge::RejudgeArgs),
 }
 

@@ -13,6 +13,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::io::ErrorKind;
 use std::path::Path;
+use std::time::Duration;
 use tokio::net::UnixStream;
 
 enum ClientError {
@@ -66,12 +67,22 @@ pub(super) fn request_sweep(socket: &Path) -> Result<Option<(SweepInfo, Vec<u8>)
     Ok(Some((info, body)))
 }
 
-/// Asks for the status; `Err` with the reason where no service answers.
+/// A service that is well answers its status at once.
+const STATUS_LIMIT: Duration = Duration::from_secs(5);
+
+/// Asks for the status; `Err` with the reason where no service answers in time.
 ///
 /// # Errors
 /// An answer that is none of the service's.
 pub(super) fn request_status(socket: &Path) -> Result<Result<StatusReply, String>, Failure> {
-    let body = match exchange(socket, Method::GET, "/status", None) {
+    request_status_within(socket, STATUS_LIMIT)
+}
+
+fn request_status_within(
+    socket: &Path,
+    limit: Duration,
+) -> Result<Result<StatusReply, String>, Failure> {
+    let body = match exchange(socket, Method::GET, "/status", None, Some(limit)) {
         Err(ClientError::NoService(why) | ClientError::Failed(why)) => return Ok(Err(why)),
         Ok((_, body)) => body,
     };
@@ -95,7 +106,7 @@ fn post(
     path: &'static str,
     body: Option<Value>,
 ) -> Result<(HeaderMap, Vec<u8>), ClientError> {
-    exchange(socket, Method::POST, path, body)
+    exchange(socket, Method::POST, path, body, None)
 }
 
 fn exchange(
@@ -103,6 +114,7 @@ fn exchange(
     method: Method,
     path: &'static str,
     body: Option<Value>,
+    limit: Option<Duration>,
 ) -> Result<(HeaderMap, Vec<u8>), ClientError> {
     let failed = |error: &dyn std::fmt::Display| {
         ClientError::Failed(format!("{}: {path}: {error}", socket.display()))
@@ -111,7 +123,7 @@ fn exchange(
         .enable_all()
         .build()
         .map_err(|e| failed(&e))?;
-    runtime.block_on(async {
+    let answer = async {
         let stream = UnixStream::connect(socket)
             .await
             .map_err(|e| connect_error(socket, &e))?;
@@ -147,6 +159,17 @@ fn exchange(
                 Err(error) => Err(failed(&error)),
             },
         }
+    };
+    runtime.block_on(async {
+        match limit {
+            None => answer.await,
+            Some(limit) => tokio::time::timeout(limit, answer)
+                .await
+                .unwrap_or_else(|_| {
+                    let text = format!("no answer within {limit:?}; the service hangs");
+                    Err(failed(&text))
+                }),
+        }
     })
 }
 
@@ -165,8 +188,24 @@ fn connect_error(socket: &Path, error: &std::io::Error) -> ClientError {
 
 #[cfg(test)]
 mod tests {
-    use super::{request_at_waypoint, request_sweep};
+    use super::{request_at_waypoint, request_status_within, request_sweep};
     use serde_json::Value;
+    use std::os::unix::net::UnixListener;
+    use std::time::Duration;
+
+    #[test]
+    fn a_service_that_hangs_does_not_hang_its_status() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let socket = dir.path().join("p.sock");
+        // Connections wait in its queue for ever.
+        let _listener = UnixListener::bind(&socket).expect("bound");
+        let answer = request_status_within(&socket, Duration::from_millis(1)).expect("no failure");
+        let why = answer.expect_err("no answer");
+        assert!(
+            why.ends_with("/status: no answer within 1ms; the service hangs"),
+            "{why}"
+        );
+    }
 
     #[test]
     fn without_a_service_the_error_names_how_to_start_it() {

@@ -1,6 +1,7 @@
 //! `patrold waypoints [list|show NAME|forget NAME|rebuild NAME]`: the waypoints and their reference versions.
 
 use super::failure::{CommandResult, DONE};
+use super::local_time::local_time;
 use super::{config, output, table, waypoint_rebuild};
 use crate::service::record_time_now;
 use crate::store::{Store, WaypointRow};
@@ -96,13 +97,18 @@ fn list(store: &Store, as_json: bool) -> CommandResult {
 fn cells(waypoint: &WaypointRow) -> [String; 6] {
     let or_none = |text: &Option<String>| text.clone().unwrap_or_else(|| "-".to_owned());
     let reference = match (waypoint.reference_version, &waypoint.reference_taken_at) {
-        (Some(version), Some(at)) => format!("version {version}, {at}"),
+        (Some(version), Some(at)) => format!("version {version}, {}", local_time(at, false)),
         _ => "-".to_owned(),
     };
     [
         waypoint.name.clone(),
         reference,
-        or_none(&waypoint.last_visit_at),
+        or_none(
+            &waypoint
+                .last_visit_at
+                .as_deref()
+                .map(|at| local_time(at, false)),
+        ),
         or_none(&waypoint.last_verdict),
         waypoint
             .last_d_gmm
@@ -118,16 +124,20 @@ fn show(store: &Store, name: &str, as_json: bool) -> CommandResult {
         return Ok(DONE);
     }
     let row = &waypoint.row;
-    output::line(format!("{}, known since {}", row.name, row.created_at))?;
+    output::line(format!(
+        "{}, known since {}",
+        row.name,
+        local_time(&row.created_at, false)
+    ))?;
     output::line(format!("  standing alarms: {}", row.standing_alarms))?;
     for (verdict, at) in row.last_verdict.iter().zip(&row.last_visit_at) {
-        output::line(format!("  last visit {at}: {verdict}"))?;
+        output::line(format!("  last visit {}: {verdict}", local_time(at, false)))?;
     }
     let mut rows = table::table(&["version", "taken", "points", "components"]);
     for reference in &waypoint.references {
         rows.add_row([
             reference.version.to_string(),
-            reference.taken_at.clone(),
+            local_time(&reference.taken_at, false),
             reference.points.to_string(),
             reference.components.to_string(),
         ]);

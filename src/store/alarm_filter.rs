@@ -73,6 +73,23 @@ impl AlarmFilter {
             check_in_log(db, name)?;
         }
         let conditions = self.conditions();
+        let Some(near) = &self.thing.near else {
+            return self.read_ids(db, &conditions);
+        };
+        // One walk along the alarms of each place's waypoint.
+        let mut ids = Vec::new();
+        for place in &near.places {
+            let mut at_place = conditions.clone();
+            place.add_to(near.within_m, &self.thing, &mut at_place);
+            ids.extend(self.read_ids(db, &at_place)?);
+        }
+        ids.sort_unstable_by(|a, b| b.cmp(a));
+        ids.dedup();
+        ids.truncate(self.limit.map_or(usize::MAX, |limit| limit as usize));
+        Ok(ids)
+    }
+
+    fn read_ids(&self, db: &Connection, conditions: &Conditions) -> Result<Vec<i64>, StoreError> {
         let condition = conditions.to_where();
         let limit = self.limit.map_or(-1, i64::from);
         let sql = format!("SELECT a.id FROM alarm a {condition} ORDER BY a.id DESC LIMIT {limit}");
@@ -103,26 +120,24 @@ impl AlarmFilter {
         if self.until.is_some() {
             all.require(format!("(a.raised_at <= ? OR {unset})"), [until.into()]);
         }
-        self.thing.add_to(&mut all);
+        if self.thing.near.is_none() {
+            self.thing.add_to(Conditions::default(), &mut all);
+        }
         all
     }
 }
 
 impl ThingFilter {
-    fn add_to(&self, all: &mut Conditions) {
-        let mut thing = Conditions::default();
-        thing.require("n.visit_id = a.first_visit_id", []);
+    /// One novelty has all of it, and what `thing` asks of it.
+    fn add_to(&self, mut thing: Conditions, all: &mut Conditions) {
         thing.require_some("n.kind = ?", self.kind.map(|kind| kind.as_str().to_owned()));
-        if let Some(near) = &self.near {
-            near.add_to(&mut thing);
-        }
         let needs_shape =
             self.class.is_some() || self.min_size_m.is_some() || self.max_size_m.is_some();
         thing.require_some("s.class = ?", self.class.clone());
         let longest_side = "max(s.size_x_m, s.size_y_m, s.size_z_m)";
         thing.require_some(&format!("{longest_side} >= ?"), self.min_size_m);
         thing.require_some(&format!("{longest_side} <= ?"), self.max_size_m);
-        if thing.values().is_empty() && self.near.is_none() {
+        if thing.values().is_empty() {
             return;
         }
         let shape = if needs_shape {
@@ -130,6 +145,7 @@ impl ThingFilter {
         } else {
             ""
         };
+        thing.require("n.visit_id = a.first_visit_id", []);
         let condition = thing.to_where();
         all.require(
             format!("EXISTS (SELECT 1 FROM novelty n {shape} {condition})"),
@@ -138,28 +154,19 @@ impl ThingFilter {
     }
 }
 
-impl NearFilter {
-    fn add_to(&self, thing: &mut Conditions) {
-        let place = "a.waypoint_id IN (SELECT id FROM waypoint WHERE name = ?) \
-                     AND (n.x_m - ?) * (n.x_m - ?) + (n.y_m - ?) * (n.y_m - ?) <= ?";
-        let any = vec![place; self.places.len()].join(" OR ");
-        let values = self.places.iter().flat_map(|at| {
-            let square = self.within_m * self.within_m;
-            let [x, y] = [at.x_m, at.y_m].map(Value::from);
-            [
-                at.waypoint.clone().into(),
-                x.clone(),
-                x,
-                y.clone(),
-                y,
-                square.into(),
-            ]
-        });
-        let any = if any.is_empty() {
-            "FALSE".to_owned()
-        } else {
-            format!("({any})")
-        };
-        thing.require(any, values);
+impl FloorPlace {
+    /// At its waypoint, a thing that is as `filter` says and near.
+    fn add_to(&self, within_m: f64, filter: &ThingFilter, all: &mut Conditions) {
+        all.require(
+            "a.waypoint_id IN (SELECT id FROM waypoint WHERE name = ?)",
+            [self.waypoint.clone().into()],
+        );
+        let mut near = Conditions::default();
+        let [x, y] = [self.x_m, self.y_m].map(Value::from);
+        near.require(
+            "(n.x_m - ?) * (n.x_m - ?) + (n.y_m - ?) * (n.y_m - ?) <= ?",
+            [x.clone(), x, y.clone(), y, (within_m * within_m).into()],
+        );
+        filter.add_to(near, all);
     }
 }

@@ -31,6 +31,14 @@ impl Conditions {
         }
     }
 
+    /// The stamp in `column` is in `range`, or of a clock that was not set.
+    pub(super) fn require_range(&mut self, column: &str, range: &TimeRange) {
+        if !range.is_all() {
+            let sql = format!("({column} BETWEEN ? AND ? OR {column} < '{CLOCK_SET_FROM}')");
+            self.require(sql, range.bounds().map(Value::from));
+        }
+    }
+
     /// `WHERE ...`, or nothing.
     pub(super) fn to_where(&self) -> String {
         if self.sql.is_empty() {

@@ -4,7 +4,7 @@ use super::connection::Store;
 use super::error::StoreError;
 use super::lookup::waypoint_ids_in_log;
 use super::newest::Conditions;
-use super::time_range::{CLOCK_SET_FROM, TimeRange};
+use super::time_range::TimeRange;
 use crate::alarm::{AlarmAnswer, PastCase, PastDistance};
 use rusqlite::types::Value;
 use rusqlite::{Connection, Row, params_from_iter};
@@ -60,7 +60,7 @@ fn each_visit(
     let mut conditions = Conditions::default();
     conditions.require("v.waypoint_id = ?", [Value::from(waypoint_id)]);
     conditions.require("v.d_gmm IS NOT NULL AND v.verdict <> 'not_observed'", []);
-    require_range(&mut conditions, "v.at", range);
+    conditions.require_range("v.at", range);
     require_ground(&mut conditions, ground);
     let condition = conditions.to_where();
     let sql = format!(
@@ -92,7 +92,7 @@ fn each_alarm(
     of_alarm.require("v.alarm_id = a.id AND v.d_gmm IS NOT NULL", []);
     require_ground(&mut of_alarm, ground);
     conditions.require("a.waypoint_id = ?", [Value::from(waypoint_id)]);
-    require_range(&mut conditions, "a.raised_at", range);
+    conditions.require_range("a.raised_at", range);
     let greatest = format!("(SELECT max(v.d_gmm) FROM visit v {})", of_alarm.to_where());
     conditions.require(
         format!("{greatest} IS NOT NULL"),
@@ -123,17 +123,6 @@ fn each_alarm(
 
 fn past_distance(id: i64, d_gmm: f64, case: PastCase) -> PastDistance {
     PastDistance { id, d_gmm, case }
-}
-
-/// Stamps of a clock that was not set are in every range.
-fn require_range(conditions: &mut Conditions, column: &str, range: &TimeRange) {
-    if !range.is_all() {
-        let [since, until] = range.bounds();
-        conditions.require(
-            format!("({column} BETWEEN ? AND ? OR {column} < '{CLOCK_SET_FROM}')"),
-            [since.into(), until.into()],
-        );
-    }
 }
 
 /// Visits of before the ground was noted count as of any.

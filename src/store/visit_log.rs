@@ -2,7 +2,7 @@
 
 use super::connection::Store;
 use super::error::StoreError;
-use super::lookup::waypoint_ids_in_log;
+use super::lookup::{check_in_log, waypoint_ids_in_log};
 use super::newest::{Conditions, newest_ids};
 use super::novelties::novelties;
 use super::stored_mixture::StoredMixture;
@@ -10,7 +10,7 @@ use super::time_range::{TimeRange, is_clock_unset};
 use patrold_engine::novelty::{ReferenceMixture, Verdict};
 use patrold_engine::report::NoveltyRecord;
 use rusqlite::types::Value;
-use rusqlite::{Connection, OptionalExtension, Row};
+use rusqlite::{Connection, OptionalExtension, Row, params_from_iter};
 use serde::Serialize;
 
 /// Which visits to list; `None`: any.
@@ -101,6 +101,47 @@ impl Store {
         })
     }
 
+    /// Numbers of the next visits after number `after`, in the order of the log: to walk through it in pages.
+    ///
+    /// # Errors
+    /// A waypoint name that the log does not know, or the database fails.
+    pub fn visit_ids_after(
+        &self,
+        after: i64,
+        range: &TimeRange,
+        waypoint: Option<&str>,
+        limit: u32,
+    ) -> Result<Vec<i64>, StoreError> {
+        self.query(|db| {
+            let mut conditions = in_range(db, range, waypoint)?;
+            conditions.require("id > ?", [Value::from(after)]);
+            let condition = conditions.to_where();
+            let sql = format!("SELECT id FROM visit {condition} ORDER BY id LIMIT {limit}");
+            let mut query = db.prepare_cached(&sql)?;
+            let ids = query.query_map(params_from_iter(conditions.values()), |row| row.get(0))?;
+            Ok(ids.collect::<Result<_, _>>()?)
+        })
+    }
+
+    /// How many visits there are.
+    ///
+    /// # Errors
+    /// As [`Store::visit_ids_after`].
+    pub fn count_visits(
+        &self,
+        range: &TimeRange,
+        waypoint: Option<&str>,
+    ) -> Result<u64, StoreError> {
+        self.query(|db| {
+            let conditions = in_range(db, range, waypoint)?;
+            let sql = format!("SELECT count(*) FROM visit {}", conditions.to_where());
+            let count: i64 = db.query_row(&sql, params_from_iter(conditions.values()), |row| {
+                row.get(0)
+            })?;
+            Ok(count as u64)
+        })
+    }
+
     /// All about one visit.
     ///
     /// # Errors
@@ -151,6 +192,22 @@ impl Store {
             })
         })
     }
+}
+
+/// Visits of a waypoint in a stretch of time; those of a clock that was not set are in every one.
+fn in_range(
+    db: &Connection,
+    range: &TimeRange,
+    waypoint: Option<&str>,
+) -> Result<Conditions, StoreError> {
+    let mut conditions = Conditions::default();
+    if let Some(name) = waypoint {
+        check_in_log(db, name)?;
+        let of_name = "waypoint_id IN (SELECT id FROM waypoint WHERE name = ?)";
+        conditions.require(of_name, [name.to_owned().into()]);
+    }
+    conditions.require_range("at", range);
+    Ok(conditions)
 }
 
 /// One walk along an index for each waypoint of the name: a name that was forgotten and taught again is several.

@@ -174,3 +174,96 @@ fn a_stored_sweep_gets_its_stored_verdict_and_another_threshold_another_one() {
         "{text}"
     );
 }
+
+/// Visit 1 (changed), 2 (quiet) and 3 (not observed) have a sweep, visit 4 none.
+#[test]
+fn a_stretch_of_the_log_is_judged_again_and_never_written() {
+    let dir = store_folder();
+    let database = dir.path().join("store/patrold.db");
+    let before = fs::read(&database).expect("a database");
+    let lines = |args: &[&str], code: i32| {
+        let ran = patrold(
+            dir.path(),
+            &[&["rejudge", "--config", "c.toml", "--json"], args].concat(),
+        );
+        assert_eq!((ran.code, ran.err.as_str()), (code, ""), "{args:?} {ran:?}");
+        let mut lines = ran.json_lines();
+        let summary = lines.pop().expect("a summary");
+        schema::check("rejudge-summary", &summary);
+        lines
+            .iter()
+            .for_each(|line| schema::check("rejudge-difference", line));
+        (lines, summary)
+    };
+    let same = json!({"judged": 3, "differ": 0, "not_kept": 1, "failed": 0});
+    for args in [
+        &["--since", "2020-01-01"][..],
+        &["--since", "2020-01-01", "--threads", "1"],
+        &["--waypoint", "hall"],
+        &["1", "2", "3", "4"],
+    ] {
+        let (differ, summary) = lines(args, 0);
+        assert_eq!((differ.len(), &summary), (0, &same), "{args:?}");
+    }
+    let (_, none) = lines(&["--until", "2020-01-01"], 0);
+    assert_eq!(none["judged"], 0);
+
+    // Another threshold: visit 1 is quiet then.
+    fs::write(
+        dir.path().join("c.toml"),
+        "store.dir = \"store\"\nnovelty.u_th_m = 5.0\n",
+    )
+    .expect("written");
+    let (differ, summary) = lines(&["--since", "2020-01-01"], 0);
+    assert_eq!((differ.len(), &summary["differ"]), (1, &json!(1)));
+    assert_eq!(
+        (&differ[0]["visit_id"], &differ[0]["waypoint"]),
+        (&json!(1), &json!("hall"))
+    );
+    assert_eq!(
+        (
+            &differ[0]["stored"]["verdict"],
+            &differ[0]["judged"]["verdict"]
+        ),
+        (&json!("changed"), &json!("quiet"))
+    );
+    assert_eq!(
+        differ[0]["why"].as_array().map(Vec::len),
+        Some(1),
+        "{}",
+        differ[0]
+    );
+    assert!(
+        differ[0]["why"][0]
+            .as_str()
+            .is_some_and(|why| why.starts_with("U_th 5.000000 instead of 0.000")),
+        "{}",
+        differ[0]
+    );
+    let (differ, _) = lines(&["--since", "2020-01-01", "--stored-u-th"], 0);
+    assert_eq!(differ.len(), 0);
+    let text = patrold(dir.path(), &["rejudge", "1", "2", "--config", "c.toml"]);
+    assert!(
+        text.out.starts_with("visit 1 at hall, ") && text.out.contains("quiet ("),
+        "{text:?}"
+    );
+    assert!(
+        text.out.ends_with(
+            "2 visits judged again: 1 differ; 0 without a stored sweep or reference, 0 failed\n"
+        ),
+        "{text:?}"
+    );
+    assert_eq!(fs::read(&database).expect("a database"), before);
+
+    for wrong in [
+        &[][..],
+        &["1", "--since", "today"],
+        &["1", "2", "--mixtures-out", "m"],
+    ] {
+        let ran = patrold(
+            dir.path(),
+            &[&["rejudge", "--config", "c.toml"], wrong].concat(),
+        );
+        assert_eq!((ran.code, ran.out.as_str()), (2, ""), "{wrong:?}");
+    }
+}

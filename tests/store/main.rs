@@ -8,6 +8,7 @@ mod faults;
 mod kit;
 mod backup;
 mod rebuild;
+mod log;
 mod mixtures;
 mod records;
 mod retention;

@@ -4,6 +4,7 @@ use super::Controller;
 use crate::config::{LoadedConfig, Settings, keep_last_good};
 use crate::patrol::event::SettingsChange;
 use crate::patrol::severity::Severity;
+use crate::service::message::ServiceMessage;
 use crate::service::reading_result::reading_result;
 use crate::service::record_time::record_time_now;
 use crate::service::reference_cache::ReferenceCache;
@@ -26,11 +27,23 @@ impl Controller {
             );
             return self.log_event(Severity::Error, "service", text);
         }
-        if let Err(error) = keep_last_good(loaded) {
-            let folder = loaded.settings.store.dir.display();
-            let text = format!("the configuration in force is not kept in {folder}: {error}");
-            self.log_event(Severity::Warning, "service", text);
-        }
+        let (loaded, inbox) = (loaded.clone(), self.services.inbox.clone());
+        // On the writer's thread: a slow disk does not hold up the loop, a hung one is noticed.
+        self.services.writer.submit(
+            move |_| {
+                let folder = loaded.settings.store.dir.display().to_string();
+                keep_last_good(&loaded).map_err(|error| (folder, error))
+            },
+            move |kept| {
+                if let Err((folder, error)) = kept {
+                    let text =
+                        format!("the configuration in force is not kept in {folder}: {error}");
+                    let note = ServiceMessage::Note(Severity::Warning, "service".to_owned(), text);
+                    // The loop may have ended before the writer.
+                    let _ = inbox.send(note);
+                }
+            },
+        );
     }
 
     /// Reports why the files are not taken, in the status and to the client that asked.
