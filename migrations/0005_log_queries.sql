@@ -20,7 +20,8 @@ CREATE INDEX event_by_device_time ON event (device, at);
 CREATE INDEX event_of_unset_clock ON event (id) WHERE at < '2026-01-01T00:00:00.000Z';
 
 -- What filters of alarms ask of a novelty, without its record.
-CREATE INDEX novelty_by_place ON novelty (visit_id, kind, x_m, y_m);
+CREATE INDEX novelty_by_place ON novelty (visit_id, position, kind, x_m, y_m);
+CREATE INDEX shape_by_novelty ON shape (novelty_id, class, size_x_m, size_y_m, size_z_m);
 
 -- The newest answer counts; older ones stay.
 CREATE TABLE alarm_answer (

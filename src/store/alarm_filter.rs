@@ -6,8 +6,8 @@ use super::newest::Conditions;
 use super::time_range::{CLOCK_SET_FROM, TimeRange};
 use crate::alarm::AlarmState;
 use patrold_engine::novelty::NoveltyKind;
-use rusqlite::types::Value;
 use rusqlite::{Connection, params_from_iter};
+use std::collections::HashMap;
 
 /// Which alarms to list; `None`: any. What is asked of the thing holds of one novelty of the visit that raised the alarm.
 #[derive(Debug, Clone, Default)]
@@ -72,30 +72,58 @@ impl AlarmFilter {
         if let Some(name) = &self.waypoint {
             check_in_log(db, name)?;
         }
-        let conditions = self.conditions();
-        let Some(near) = &self.thing.near else {
-            return self.read_ids(db, &conditions);
-        };
-        // One walk along the alarms of each place's waypoint.
-        let mut ids = Vec::new();
-        for place in &near.places {
-            let mut at_place = conditions.clone();
-            place.add_to(near.within_m, &self.thing, &mut at_place);
-            ids.extend(self.read_ids(db, &at_place)?);
+        let mut conditions = self.conditions();
+        if let Some(near) = &self.thing.near {
+            return self.ids_near(db, near, conditions);
         }
-        ids.sort_unstable_by(|a, b| b.cmp(a));
-        ids.dedup();
-        ids.truncate(self.limit.map_or(usize::MAX, |limit| limit as usize));
-        Ok(ids)
-    }
-
-    fn read_ids(&self, db: &Connection, conditions: &Conditions) -> Result<Vec<i64>, StoreError> {
+        let (joins, thing) = self.thing.joins_and_conditions();
+        if !thing.values().is_empty() {
+            let condition = thing.to_where();
+            let one_thing = format!("EXISTS (SELECT 1 FROM {joins} {condition})");
+            conditions.require(one_thing, thing.values().to_vec());
+        }
         let condition = conditions.to_where();
         let limit = self.limit.map_or(-1, i64::from);
         let sql = format!("SELECT a.id FROM alarm a {condition} ORDER BY a.id DESC LIMIT {limit}");
         let mut query = db.prepare_cached(&sql)?;
         let ids = query.query_map(params_from_iter(conditions.values()), |row| row.get(0))?;
         Ok(ids.collect::<Result<_, _>>()?)
+    }
+
+    /// Walks through the things, the newest alarm first, until enough are near.
+    fn ids_near(
+        &self,
+        db: &Connection,
+        near: &NearFilter,
+        mut conditions: Conditions,
+    ) -> Result<Vec<i64>, StoreError> {
+        let places = near.places_by_waypoint(db)?;
+        let (joins, thing) = self.thing.joins_and_conditions();
+        conditions.extend(&thing);
+        let condition = conditions.to_where();
+        let sql = format!(
+            "SELECT a.id, a.waypoint_id, n.x_m, n.y_m FROM alarm a CROSS JOIN {joins} {condition} ORDER BY a.id DESC"
+        );
+        let mut query = db.prepare_cached(&sql)?;
+        let mut rows = query.query(params_from_iter(conditions.values()))?;
+        let mut ids = Vec::new();
+        while let Some(row) = rows.next()? {
+            if self.limit.is_some_and(|limit| ids.len() >= limit as usize) {
+                break;
+            }
+            let (id, waypoint): (i64, i64) = (row.get(0)?, row.get(1)?);
+            let at: [Option<f64>; 2] = [row.get(2)?, row.get(3)?];
+            let is_near = |place: &[f64; 2]| match at {
+                [Some(x), Some(y)] => (x - place[0]).hypot(y - place[1]) <= near.within_m,
+                _ => false,
+            };
+            let places = places.get(&waypoint);
+            // Several things of one alarm follow each other.
+            if ids.last() != Some(&id) && places.is_some_and(|places| places.iter().any(is_near)) {
+                ids.push(id);
+            }
+        }
+        Ok(ids)
     }
 
     fn conditions(&self) -> Conditions {
@@ -120,53 +148,42 @@ impl AlarmFilter {
         if self.until.is_some() {
             all.require(format!("(a.raised_at <= ? OR {unset})"), [until.into()]);
         }
-        if self.thing.near.is_none() {
-            self.thing.add_to(Conditions::default(), &mut all);
-        }
         all
     }
 }
 
 impl ThingFilter {
-    /// One novelty has all of it, and what `thing` asks of it.
-    fn add_to(&self, mut thing: Conditions, all: &mut Conditions) {
+    /// The tables of one thing of an alarm `a`, and what it is like. The indices hold all that is asked, without the records.
+    fn joins_and_conditions(&self) -> (String, Conditions) {
+        let mut thing = Conditions::default();
+        thing.require("n.visit_id = a.first_visit_id", []);
         thing.require_some("n.kind = ?", self.kind.map(|kind| kind.as_str().to_owned()));
-        let needs_shape =
-            self.class.is_some() || self.min_size_m.is_some() || self.max_size_m.is_some();
         thing.require_some("s.class = ?", self.class.clone());
         let longest_side = "max(s.size_x_m, s.size_y_m, s.size_z_m)";
         thing.require_some(&format!("{longest_side} >= ?"), self.min_size_m);
         thing.require_some(&format!("{longest_side} <= ?"), self.max_size_m);
-        if thing.values().is_empty() {
-            return;
+        let mut joins = "novelty n INDEXED BY novelty_by_place".to_owned();
+        if self.class.is_some() || self.min_size_m.is_some() || self.max_size_m.is_some() {
+            joins
+                .push_str(" CROSS JOIN shape s INDEXED BY shape_by_novelty ON s.novelty_id = n.id");
         }
-        let shape = if needs_shape {
-            "JOIN shape s ON s.novelty_id = n.id"
-        } else {
-            ""
-        };
-        thing.require("n.visit_id = a.first_visit_id", []);
-        let condition = thing.to_where();
-        all.require(
-            format!("EXISTS (SELECT 1 FROM novelty n {shape} {condition})"),
-            thing.values().to_vec(),
-        );
+        (joins, thing)
     }
 }
 
-impl FloorPlace {
-    /// At its waypoint, a thing that is as `filter` says and near.
-    fn add_to(&self, within_m: f64, filter: &ThingFilter, all: &mut Conditions) {
-        all.require(
-            "a.waypoint_id IN (SELECT id FROM waypoint WHERE name = ?)",
-            [self.waypoint.clone().into()],
-        );
-        let mut near = Conditions::default();
-        let [x, y] = [self.x_m, self.y_m].map(Value::from);
-        near.require(
-            "(n.x_m - ?) * (n.x_m - ?) + (n.y_m - ?) * (n.y_m - ?) <= ?",
-            [x.clone(), x, y.clone(), y, (within_m * within_m).into()],
-        );
-        filter.add_to(near, all);
+impl NearFilter {
+    /// Places by the id of their waypoint; a name that was forgotten and taught again is several.
+    fn places_by_waypoint(
+        &self,
+        db: &Connection,
+    ) -> Result<HashMap<i64, Vec<[f64; 2]>>, StoreError> {
+        let mut query = db.prepare_cached("SELECT id FROM waypoint WHERE name = ?1")?;
+        let mut places: HashMap<i64, Vec<[f64; 2]>> = HashMap::new();
+        for place in &self.places {
+            for id in query.query_map([&place.waypoint], |row| row.get(0))? {
+                places.entry(id?).or_default().push([place.x_m, place.y_m]);
+            }
+        }
+        Ok(places)
     }
 }

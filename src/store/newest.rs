@@ -25,6 +25,12 @@ impl Conditions {
         self.values.extend(values);
     }
 
+    /// All of `more` too.
+    pub(super) fn extend(&mut self, more: &Self) {
+        self.sql.extend(more.sql.iter().cloned());
+        self.values.extend(more.values.iter().cloned());
+    }
+
     pub(super) fn require_some<T: Into<Value>>(&mut self, sql: &str, value: Option<T>) {
         if let Some(value) = value {
             self.require(sql, [value.into()]);

@@ -300,6 +300,30 @@ fn alarms_are_selected_by_what_the_thing_is_and_where() {
         ),
         (&["--waypoint", "dock", "--near", "2,0"], &[1]),
         (&["--waypoint", "dock", "--near", "2.1,0"], &[]),
+        (
+            &[
+                "--waypoint",
+                "dock",
+                "--near",
+                "2,0",
+                "--kind",
+                "disappeared",
+            ],
+            &[],
+        ),
+        (
+            &[
+                "--waypoint",
+                "dock",
+                "--near",
+                "2,0",
+                "--class",
+                "sphere",
+                "--limit",
+                "1",
+            ],
+            &[1],
+        ),
         // Turned left by 90 degrees: 2 m ahead of the hall's base is 2 m up on the map.
         (&["--map-near", "10,22", "--within", "0.01"], &[2]),
         (&["--map-near", "12,20"], &[]),
