@@ -260,7 +260,7 @@ fn an_answer_is_kept_and_the_newest_counts() {
 #[test]
 fn alarms_are_selected_by_what_the_thing_is_and_where() {
     let dir = folder();
-    let places = "[waypoint.hall]\nmap_pose = [10.0, 20.0, 90.0]\n";
+    let places = "[waypoint.hall]\nmap_pose = [10.0, 20.0, 30.0]\n";
     fs::write(
         dir.path().join("c.toml"),
         format!("store.dir = \"store\"\n{places}"),
@@ -324,8 +324,8 @@ fn alarms_are_selected_by_what_the_thing_is_and_where() {
             ],
             &[1],
         ),
-        // Turned left by 90 degrees: 2 m ahead of the hall's base is 2 m up on the map.
-        (&["--map-near", "10,22", "--within", "0.01"], &[2]),
+        // Turned left by 30 degrees: 2 m ahead of the hall's base is 1.732 m and 1 m further on the map.
+        (&["--map-near", "11.732,21", "--within", "0.01"], &[2]),
         (&["--map-near", "12,20"], &[]),
     ] {
         assert_eq!(listed(dir.path(), "alarms", filter), expected, "{filter:?}");
@@ -343,7 +343,7 @@ fn alarms_are_selected_by_what_the_thing_is_and_where() {
     for part in [
         "2.0 m from the waypoint, straight ahead",
         "0.30 m high, 0.30 m wide, 0.30 m deep",
-        "on the map at 10.00, 22.00",
+        "on the map at 11.73, 21.00",
     ] {
         assert!(shown.contains(part), "{part}: {shown}");
     }
