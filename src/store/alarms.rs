@@ -1,13 +1,17 @@
 //! The alarm log: alarms are raised, extended, acknowledged, cleared and listed.
 
-use super::alarm_filter::AlarmFilter;
-use super::answers::{insert_answer, newest_answer};
+mod answers;
+mod filter;
+
+pub use filter::{AlarmFilter, FloorPlace, NearFilter, ThingFilter};
+
 use super::connection::{RecordTime, Store};
 use super::error::StoreError;
 use super::novelties::{novelties, to_sighting};
 use super::time_range::is_clock_unset;
 use super::visit_log::ground_of;
 use crate::alarm::{AlarmAnswer, Incident};
+use answers::{insert_answer, newest_answer};
 use patrold_engine::report::NoveltyRecord;
 use rusqlite::{Connection, OptionalExtension, Transaction, params};
 use serde::Serialize;

@@ -2,9 +2,7 @@
 //! their content for large data. SQL is used in this module only.
 
 mod advice;
-mod alarm_filter;
 mod alarms;
-mod answers;
 mod backup;
 mod blob_files;
 mod check;
@@ -41,8 +39,7 @@ mod visit_log;
 mod visits;
 mod waypoints;
 
-pub use alarm_filter::{AlarmFilter, FloorPlace, NearFilter, ThingFilter};
-pub use alarms::AlarmRow;
+pub use alarms::{AlarmFilter, AlarmRow, FloorPlace, NearFilter, ThingFilter};
 pub use backup::BackupResult;
 pub use check::{JournalCheck, MissingEvidence, StoreCheck, UnnamedFile};
 pub use connection::{RecordTime, Store};

@@ -1,10 +1,10 @@
 //! Which alarms to list, and the SQL that selects their numbers.
 
-use super::error::StoreError;
-use super::lookup::check_in_log;
-use super::newest::Conditions;
-use super::time_range::{CLOCK_SET_FROM, TimeRange};
 use crate::alarm::AlarmState;
+use crate::store::error::StoreError;
+use crate::store::lookup::check_in_log;
+use crate::store::newest::Conditions;
+use crate::store::time_range::{CLOCK_SET_FROM, TimeRange};
 use patrold_engine::novelty::NoveltyKind;
 use rusqlite::{Connection, params_from_iter};
 use std::collections::HashMap;

@@ -1,8 +1,8 @@
 //! What guards say about alarms: the labels that thresholds are tuned by. Every answer is kept; the newest counts.
 
-use super::connection::RecordTime;
-use super::error::StoreError;
 use crate::alarm::AlarmAnswer;
+use crate::store::connection::RecordTime;
+use crate::store::error::StoreError;
 use rusqlite::{Connection, OptionalExtension, Transaction, params};
 
 pub(super) fn insert_answer(
