@@ -193,6 +193,11 @@ fn insert_alarm(db: &Connection, visit: i64, boot: &str) {
         insert.execute(params![number, waypoint(visit), stamp(visit), boot, visit, state])
     })
     .expect("an alarm");
+    db.prepare_cached(
+        "INSERT INTO sighting (alarm_id, visit_id, position, relation) VALUES (?1, ?2, 0, 'raised')",
+    )
+    .and_then(|mut insert| insert.execute(params![number, visit]))
+    .expect("a sighting");
     db.prepare_cached("UPDATE visit SET alarm_id = ?1 WHERE id = ?2")
         .and_then(|mut update| update.execute(params![number, visit]))
         .expect("linked");

@@ -1,7 +1,8 @@
-//! An alarm as an incident: one change at one waypoint, from the first visit that saw it to the last.
+//! An incident: one thing that came or went at one waypoint, from the first visit that saw it to the last.
 
-use nalgebra::Point3;
-use patrold_engine::novelty::NoveltyKind;
+use super::sighting::Sighting;
+use patrold_engine::mixture::Gaussian;
+use patrold_engine::novelty::WatchedPlace;
 use std::fmt;
 use std::str::FromStr;
 
@@ -44,20 +45,93 @@ impl FromStr for AlarmState {
     }
 }
 
-/// A novelty, as far as needed to recognize it in a later visit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sighting {
-    /// Appeared or disappeared.
-    pub kind: NoveltyKind,
-    /// Centre in the waypoint's reference frame, metres.
-    pub centre: Point3<f64>,
+/// What a visit is to an incident.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Relation {
+    /// It saw the thing for the first time.
+    Raised,
+    /// It saw it again, as it was.
+    Seen,
+    /// It saw it in another place.
+    Moved,
+    /// It saw it in its place with another size: most probably the same thing.
+    Changed,
+    /// It saw its place without it.
+    Gone,
+    /// It saw it again after it was gone.
+    Back,
 }
 
-/// A standing alarm: one that is not cleared.
+impl Relation {
+    /// As in the database and in JSON.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Raised => "raised",
+            Self::Seen => "seen",
+            Self::Moved => "moved",
+            Self::Changed => "changed",
+            Self::Gone => "gone",
+            Self::Back => "back",
+        }
+    }
+
+    /// The state of an incident after it. What was acknowledged is a thing in its place: moved or back, it is open again.
+    pub fn state_after(self, before: AlarmState) -> AlarmState {
+        match self {
+            Self::Raised | Self::Moved | Self::Back => AlarmState::Open,
+            Self::Seen | Self::Changed => before,
+            Self::Gone => AlarmState::Cleared,
+        }
+    }
+
+    /// Whether later sightings are compared with this one.
+    pub fn sets_anchor(self) -> bool {
+        matches!(
+            self,
+            Self::Raised | Self::Moved | Self::Changed | Self::Back
+        )
+    }
+}
+
+impl FromStr for Relation {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        [
+            Self::Raised,
+            Self::Seen,
+            Self::Moved,
+            Self::Changed,
+            Self::Gone,
+            Self::Back,
+        ]
+        .into_iter()
+        .find(|relation| relation.as_str() == text)
+        .ok_or_else(|| format!("expected a relation of a visit to an alarm, got {text:?}"))
+    }
+}
+
+/// An incident as the rule needs it: not cleared, or gone and perhaps back.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Incident {
     /// Number of the alarm.
     pub id: i64,
-    /// Novelties of its visits.
-    pub sightings: Vec<Sighting>,
+    /// Its state.
+    pub state: AlarmState,
+    /// The thing as it was when it was raised, or last moved, changed or came back. Later sightings are compared with this
+    /// one, so that small steps add up.
+    pub anchor: Sighting,
+}
+
+impl Incident {
+    /// Where a visit has to look for it.
+    pub fn place(&self) -> WatchedPlace {
+        WatchedPlace {
+            kind: self.anchor.kind,
+            moments: Gaussian {
+                mean: self.anchor.centre,
+                covariance: self.anchor.spread,
+            },
+        }
+    }
 }

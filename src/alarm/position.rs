@@ -128,6 +128,7 @@ mod tests {
             // Its visible side is nearer than its centre.
             centre: [9.0, 9.0, 9.0],
             covariance: rows,
+            pose_sd: None,
             extent: [0.2, 0.5, 1.0],
             points: 100,
             mass: 0.01,

@@ -1,133 +1,167 @@
-//! The rule that decides the effect of a visit on the alarms of its waypoint.
+//! The rule that decides what a visit is to each incident of its waypoint.
 
-use super::incident::{Incident, Sighting};
-use patrold_engine::novelty::Verdict;
+use super::assignment::assign;
+use super::incident::{AlarmState, Incident, Relation};
+use super::likeness::{Likeness, likeness};
+use super::sighting::Sighting;
+use patrold_engine::novelty::{NoveltyKind, PlaceView, Verdict};
+
+/// What a visit saw.
+#[derive(Debug, Clone, Copy)]
+pub struct VisitFacts<'a> {
+    /// Its verdict.
+    pub verdict: Verdict,
+    /// Its novelties.
+    pub seen: &'a [Sighting],
+    /// How it saw the places of incidents, by number; one that is not named was hidden.
+    pub places: &'a [(i64, PlaceView)],
+    /// A thing that is further from where it was has moved, however uncertain the places, metres.
+    pub same_place_m: f64,
+}
 
 /// A change of the alarm log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AlarmDecision {
-    /// Raise a new alarm: no standing alarm has this change.
-    Raise,
-    /// Add the visit to this alarm: it has all novelties of the visit.
-    Extend(i64),
-    /// Clear this alarm: its change is gone.
-    Clear(i64),
+    /// A new incident for this sighting.
+    Raise {
+        /// Its position among the visit's novelties.
+        sighting: usize,
+    },
+    /// This incident is that sighting: seen, moved, changed or back.
+    Continue {
+        /// Number of the alarm.
+        incident: i64,
+        /// Position of the sighting among the visit's novelties.
+        sighting: usize,
+        /// What became of the thing.
+        relation: Relation,
+        /// How far it is from where it was, metres.
+        distance_m: f64,
+    },
+    /// Its place was seen without it.
+    Clear {
+        /// Number of the alarm.
+        incident: i64,
+    },
+    /// Its place could not be seen: neither seen nor cleared.
+    NotObserved {
+        /// Number of the alarm.
+        incident: i64,
+    },
 }
 
-/// Decides from the verdict of a visit, its novelties and the standing alarms of the waypoint.
+/// Decides from a visit and the incidents of its waypoint.
 ///
-/// A changed visit extends a standing alarm only if every novelty matches one of the alarm's (same kind, centres within
-/// `same_place_m` metres), so that a second intruder is not hidden by the first. A quiet visit clears each standing alarm
-/// of which it saw no novelty; a novelty too small to reach the threshold keeps its alarm. A visit that did not observe the
-/// place changes nothing.
-pub fn decide(
-    verdict: Verdict,
-    seen: &[Sighting],
-    standing: &[Incident],
-    same_place_m: f64,
-) -> Vec<AlarmDecision> {
-    match verdict {
-        Verdict::NotObserved => Vec::new(),
-        Verdict::Quiet => standing
-            .iter()
-            .filter(|incident| {
-                !seen
-                    .iter()
-                    .any(|sighting| matches(incident, sighting, same_place_m))
+/// Every sighting is at most one incident, and every incident at most one sighting: the pairs that are most likely as a whole.
+/// A sighting of none of them is raised if the visit's verdict is `changed`. An incident without a sighting is cleared if its
+/// place was seen as in the reference, or with another thing in it. A visit that did not observe the place decides nothing.
+pub fn decide(visit: &VisitFacts<'_>, incidents: &[Incident]) -> Vec<AlarmDecision> {
+    let is_standing = |incident: &Incident| incident.state != AlarmState::Cleared;
+    if visit.verdict == Verdict::NotObserved {
+        let standing = incidents.iter().filter(|i| is_standing(i));
+        return standing
+            .map(|incident| AlarmDecision::NotObserved {
+                incident: incident.id,
             })
-            .map(|incident| AlarmDecision::Clear(incident.id))
-            .collect(),
-        Verdict::Changed => {
-            let matches_all = |incident: &&Incident| {
-                seen.iter()
-                    .all(|sighting| matches(incident, sighting, same_place_m))
+            .collect();
+    }
+    let place = |incident: &Incident| {
+        let named = visit.places.iter().find(|(id, _)| *id == incident.id);
+        named.map_or(PlaceView::Hidden, |(_, view)| *view)
+    };
+    let is_taken = |incident: &Incident, but: Option<usize>| {
+        let others = visit.seen.iter().enumerate();
+        let mut others = others.filter(|(k, _)| Some(*k) != but);
+        others.any(|(_, seen)| fills_its_place(seen, incident))
+    };
+    let pairs: Vec<Vec<Option<Likeness>>> = visit
+        .seen
+        .iter()
+        .enumerate()
+        .map(|(k, seen)| {
+            let of = |incident| {
+                // Another thing hides its place by standing in it.
+                let view = match place(incident) {
+                    PlaceView::Hidden if is_taken(incident, Some(k)) => PlaceView::Otherwise,
+                    view => view,
+                };
+                likeness(incident, view, seen, visit.same_place_m)
             };
-            let decision = standing
-                .iter()
-                .filter(matches_all)
-                .max_by_key(|incident| incident.id)
-                .map_or(AlarmDecision::Raise, |incident| {
-                    AlarmDecision::Extend(incident.id)
-                });
-            vec![decision]
+            // Below the threshold nothing is raised, nor raised again.
+            let raises = |l: &Likeness| l.relation == Relation::Back;
+            let allowed = |l: &Likeness| visit.verdict == Verdict::Changed || !raises(l);
+            incidents.iter().map(|i| of(i).filter(allowed)).collect()
+        })
+        .collect();
+    let gains: Vec<Vec<f64>> = pairs
+        .iter()
+        .map(|row| row.iter().map(|l| l.map_or(0.0, |l| l.gain)).collect())
+        .collect();
+    let assigned = assign(&gains, incidents.len());
+
+    let mut decisions = Vec::new();
+    for sighting in 0..visit.seen.len() {
+        let partner = assigned.iter().find(|(row, _)| *row == sighting);
+        let likeness = partner.and_then(|(row, column)| pairs[*row][*column].map(|l| (*column, l)));
+        match likeness {
+            Some((column, likeness)) => decisions.push(AlarmDecision::Continue {
+                incident: incidents[column].id,
+                sighting,
+                relation: likeness.relation,
+                distance_m: likeness.distance_m,
+            }),
+            None if visit.verdict == Verdict::Changed => {
+                decisions.push(AlarmDecision::Raise { sighting });
+            }
+            None => {}
         }
     }
+    for (column, incident) in incidents.iter().enumerate() {
+        if !is_standing(incident) || assigned.iter().any(|(_, taken)| *taken == column) {
+            continue;
+        }
+        let incident_id = incident.id;
+        let is_replaced = || {
+            visit
+                .seen
+                .iter()
+                .any(|seen| is_in_its_place(seen, incident))
+        };
+        match place(incident) {
+            PlaceView::Hidden if !is_taken(incident, None) => {
+                decisions.push(AlarmDecision::NotObserved {
+                    incident: incident_id,
+                });
+            }
+            PlaceView::Otherwise if !is_replaced() => {}
+            PlaceView::AsTaught | PlaceView::Otherwise | PlaceView::Hidden => {
+                decisions.push(AlarmDecision::Clear {
+                    incident: incident_id,
+                });
+            }
+        }
+    }
+    decisions
 }
 
-fn matches(incident: &Incident, sighting: &Sighting, same_place_m: f64) -> bool {
-    incident.sightings.iter().any(|known| {
-        known.kind == sighting.kind && (known.centre - sighting.centre).norm() <= same_place_m
-    })
+/// Whether a sighting that is not the incident's thing stands so closely in its place that both cannot be there; what merely
+/// stands before it is further off.
+fn fills_its_place(seen: &Sighting, incident: &Incident) -> bool {
+    let anchor = &incident.anchor;
+    let reach_m = 0.5 * seen.widths.m[1].min(anchor.widths.m[1]);
+    seen.kind == NoveltyKind::Appeared
+        && anchor.kind == NoveltyKind::Appeared
+        && (seen.centre - anchor.centre).xy().norm() <= reach_m
+}
+
+/// Whether a sighting that is not the incident's thing overlaps its place, so that the thing cannot be there.
+fn is_in_its_place(seen: &Sighting, incident: &Incident) -> bool {
+    let anchor = &incident.anchor;
+    let reach_m = 0.5 * (seen.widths.m[1] + anchor.widths.m[1]);
+    seen.kind == NoveltyKind::Appeared
+        && anchor.kind == NoveltyKind::Appeared
+        && (seen.centre - anchor.centre).xy().norm() <= reach_m
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{AlarmDecision, Incident, Sighting, decide};
-    use nalgebra::Point3;
-    use patrold_engine::novelty::{NoveltyKind, Verdict};
-
-    fn at(x: f64, kind: NoveltyKind) -> Sighting {
-        let centre = Point3::new(x, 0.0, 0.0);
-        Sighting { kind, centre }
-    }
-
-    fn incident(id: i64, sightings: &[Sighting]) -> Incident {
-        let sightings = sightings.to_vec();
-        Incident { id, sightings }
-    }
-
-    #[test]
-    fn the_same_novelty_seen_again_is_one_alarm() {
-        let standing = [incident(3, &[at(1.0, NoveltyKind::Appeared)])];
-        let seen = [at(1.2, NoveltyKind::Appeared)];
-        let decisions = decide(Verdict::Changed, &seen, &standing, 0.5);
-        assert_eq!(decisions, [AlarmDecision::Extend(3)]);
-    }
-
-    #[test]
-    fn a_second_novelty_is_a_second_alarm() {
-        let standing = [incident(3, &[at(1.0, NoveltyKind::Appeared)])];
-        let seen = [
-            at(1.2, NoveltyKind::Appeared),
-            at(4.0, NoveltyKind::Appeared),
-        ];
-        let decisions = decide(Verdict::Changed, &seen, &standing, 0.5);
-        assert_eq!(decisions, [AlarmDecision::Raise]);
-    }
-
-    #[test]
-    fn disappeared_does_not_match_appeared() {
-        let standing = [incident(3, &[at(1.0, NoveltyKind::Appeared)])];
-        let seen = [at(1.0, NoveltyKind::Disappeared)];
-        let decisions = decide(Verdict::Changed, &seen, &standing, 0.5);
-        assert_eq!(decisions, [AlarmDecision::Raise]);
-    }
-
-    #[test]
-    fn quiet_keeps_an_alarm_whose_novelty_is_still_there() {
-        let standing = [
-            incident(
-                3,
-                &[
-                    at(1.0, NoveltyKind::Appeared),
-                    at(2.0, NoveltyKind::Appeared),
-                ],
-            ),
-            incident(5, &[at(4.0, NoveltyKind::Appeared)]),
-        ];
-        let still_there = [at(2.1, NoveltyKind::Appeared)];
-        let decisions = decide(Verdict::Quiet, &still_there, &standing, 0.5);
-        assert_eq!(decisions, [AlarmDecision::Clear(5)]);
-    }
-
-    #[test]
-    fn quiet_clears_all_and_not_observed_none() {
-        let standing = [
-            incident(3, &[at(1.0, NoveltyKind::Appeared)]),
-            incident(5, &[at(4.0, NoveltyKind::Appeared)]),
-        ];
-        let cleared = decide(Verdict::Quiet, &[], &standing, 0.5);
-        assert_eq!(cleared, [AlarmDecision::Clear(3), AlarmDecision::Clear(5)]);
-        assert!(decide(Verdict::NotObserved, &[], &standing, 0.5).is_empty());
-    }
-}
+mod tests;

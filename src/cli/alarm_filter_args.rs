@@ -73,6 +73,15 @@ fn kind() -> impl TypedValueParser<Value = NoveltyKind> {
 }
 
 impl AlarmFilterArgs {
+    /// Whether only some alarms are asked for; a limit alone selects none.
+    pub(super) fn selects(&self) -> bool {
+        let without_limit = Self {
+            limit: None,
+            ..self.clone()
+        };
+        without_limit != Self::default()
+    }
+
     /// # Errors
     /// A place without what it needs: a waypoint, or a waypoint with a pose on the map.
     pub(super) fn filter(&self, settings: &Settings) -> Result<AlarmFilter, Failure> {

@@ -5,7 +5,7 @@ use super::output::printable;
 use super::table;
 use crate::alarm::GuardPosition;
 use crate::config::Settings;
-use crate::store::AlarmRow;
+use crate::store::{AlarmRow, SightingRow};
 use patrold_engine::report::NoveltyRecord;
 use serde_json::{Value, json};
 
@@ -14,28 +14,41 @@ const AHEAD_DEG: f64 = 7.5;
 /// A thing so near to the floor stands on it, metres: the lowest beams pass some centimetres over it.
 const ON_FLOOR_M: f64 = 0.1;
 
-/// One row per alarm, one line per novelty.
+/// One row per alarm, as it was last seen.
 pub(super) fn alarm_table(alarms: &[AlarmRow]) -> String {
     let mut rows = table::table(&[
         "id",
         "raised",
         "waypoint",
         "state",
-        "d_gmm",
+        "last seen",
+        "score",
         "what, where (m), shape",
     ]);
     for alarm in alarms {
-        let novelties: Vec<String> = alarm.novelties.iter().map(novelty_text).collect();
+        let novelties: Vec<String> = current(alarm).iter().map(novelty_text).collect();
+        let unobserved = alarm.unobserved_since.as_ref();
+        let unobserved =
+            unobserved.map(|at| format!("place not seen since {}", local_time(at, false)));
         rows.add_row([
             alarm.id.to_string(),
             local_time(&alarm.raised_at, alarm.clock_unset),
             alarm.waypoint.clone(),
             alarm.state.clone(),
-            table::distance_text(alarm.d_gmm, 4, alarm.ground.as_deref()),
-            novelties.join("\n"),
+            local_time(&alarm.last_seen_at, alarm.clock_unset),
+            table::distance_text(alarm.score, 4, alarm.ground.as_deref()),
+            [novelties, unobserved.into_iter().collect()]
+                .concat()
+                .join("\n"),
         ]);
     }
     rows.to_string()
+}
+
+/// The thing as it was last seen.
+fn current(alarm: &AlarmRow) -> &[NoveltyRecord] {
+    let last = alarm.last_sighting.as_ref();
+    last.map_or(&alarm.novelties, |last| &last.novelties)
 }
 
 /// A novelty in one line.
@@ -77,8 +90,18 @@ pub(super) fn alarm_text(alarm: &AlarmRow, settings: &Settings, floor_m: Option<
             distance(alarm.u_th),
             alarm.reason
         ),
-        format!("  positions in the frame of reference {}", alarm.frame),
+        format!(
+            "  its own part of d_GMM {}; positions in the frame of reference {}",
+            distance(alarm.score),
+            alarm.frame
+        ),
     ];
+    if let Some(at) = &alarm.unobserved_since {
+        lines.push(format!(
+            "  its place could not be seen since {}: it may be there or not",
+            local_time(at, false)
+        ));
+    }
     for (at, by) in alarm.acknowledged_at.iter().zip(&alarm.acknowledged_by) {
         lines.push(format!("  acknowledged {} by {by}", local_time(at, false)));
     }
@@ -91,7 +114,16 @@ pub(super) fn alarm_text(alarm: &AlarmRow, settings: &Settings, floor_m: Option<
     for (at, because) in alarm.cleared_at.iter().zip(&alarm.cleared_because) {
         lines.push(format!("  cleared {}: {because}", local_time(at, false)));
     }
-    for novelty in &alarm.novelties {
+    for sighting in alarm.sightings.iter().flatten() {
+        if sighting.relation != "seen" {
+            lines.push(format!(
+                "  {} {}",
+                local_time(&sighting.at, false),
+                sighting_text(sighting)
+            ));
+        }
+    }
+    for novelty in current(alarm) {
         lines.push(format!(
             "  {}, {} points",
             novelty_text(novelty),
@@ -103,6 +135,12 @@ pub(super) fn alarm_text(alarm: &AlarmRow, settings: &Settings, floor_m: Option<
         lines.push(format!("    {position}{}", on_map.unwrap_or_default()));
     }
     lines.join("\n")
+}
+
+fn sighting_text(sighting: &SightingRow) -> String {
+    let by = sighting.distance_m.filter(|_| sighting.relation == "moved");
+    let by = by.map(|m| format!(" by {m:.2} m")).unwrap_or_default();
+    format!("{}{by} (visit {})", sighting.relation, sighting.visit_id)
 }
 
 /// Where to look and for what, in a guard's words.
@@ -169,8 +207,12 @@ fn with_places(
     add: impl Fn(&NoveltyRecord, &mut serde_json::Map<String, Value>),
 ) -> Value {
     let mut value = json!(alarm);
-    if let Some(Value::Array(records)) = value.get_mut("novelties") {
-        for (novelty, record) in alarm.novelties.iter().zip(records) {
+    for (place, novelties) in [
+        ("/novelties", &alarm.novelties[..]),
+        ("/last_sighting/novelties", current(alarm)),
+    ] {
+        let records = value.pointer_mut(place).and_then(Value::as_array_mut);
+        for (novelty, record) in novelties.iter().zip(records.into_iter().flatten()) {
             if let Value::Object(record) = record {
                 add(novelty, record);
             }
@@ -183,7 +225,7 @@ fn with_places(
 pub(super) const CSV_HEADER: &str = "id,waypoint,state,raised_at,last_seen_at,d_gmm,u_th,kind,x_m,y_m,z_m,class,\
                                      size_x_m,size_y_m,size_z_m,note,map_x_m,map_y_m,map_z_m";
 
-/// One line per novelty.
+/// One line per thing, as it was last seen.
 pub(super) fn alarm_csv(alarm: &AlarmRow, settings: &Settings) -> Vec<String> {
     let line = |n: &NoveltyRecord| {
         let class = n.shape.as_ref().map_or("", |shape| &shape.class);
@@ -204,7 +246,7 @@ pub(super) fn alarm_csv(alarm: &AlarmRow, settings: &Settings) -> Vec<String> {
         cells.extend(xyz_cells(map_centre(alarm, n, settings)));
         cells.join(",")
     };
-    alarm.novelties.iter().map(line).collect()
+    current(alarm).iter().map(line).collect()
 }
 
 /// A cell of text. A spreadsheet takes one that begins with `= + - @` for a formula: an apostrophe goes before it.

@@ -1,4 +1,4 @@
-//! `patrold alarms list|show|ack|export`: the alarm log, from the database whether or not the service runs.
+//! `patrold alarms list|show|ack|accept|export`: the alarm log, from the database whether or not the service runs.
 
 use super::alarm_filter_args::AlarmFilterArgs;
 use super::alarm_report::{
@@ -6,7 +6,7 @@ use super::alarm_report::{
 };
 use super::failure::{CommandResult, DONE, Failure};
 use super::operator::operator;
-use super::{config, files, output};
+use super::{alarm_accept, config, files, output};
 use crate::alarm::{AlarmAnswer, floor_height_m};
 use crate::config::Settings;
 use crate::service::record_time_now;
@@ -17,6 +17,8 @@ use std::path::PathBuf;
 
 /// Alarms read at a time by `export`.
 const PAGE: u32 = 200;
+/// More than there are waypoints in any building.
+const MAX_HEALTH_ROWS: u32 = 10_000;
 
 #[derive(Debug, Args)]
 pub(super) struct AlarmsArgs {
@@ -43,6 +45,11 @@ enum AlarmsAction {
     },
     /// Acknowledge an alarm
     Ack(AckArgs),
+    /// Make what the last visit saw of these alarms normal: a new version of the reference
+    ///
+    /// What appeared is part of it, what disappeared is not; what was hidden counts as not looked at. Nobody has to drive
+    /// there. Other alarms stand on.
+    Accept(AcceptArgs),
     /// Write alarms as JSON lines or CSV
     Export(ExportArgs),
 }
@@ -63,6 +70,16 @@ struct AckArgs {
     /// A note to keep with the alarm
     #[arg(long, value_name = "TEXT")]
     note: Option<String>,
+}
+
+#[derive(Debug, Args)]
+struct AcceptArgs {
+    /// Numbers of the alarms
+    #[arg(required = true)]
+    ids: Vec<i64>,
+    /// Who accepts them, added to the user who runs this
+    #[arg(long, value_name = "NAME")]
+    by: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -86,14 +103,19 @@ struct ExportArgs {
 }
 
 pub(super) fn run(args: &AlarmsArgs) -> CommandResult {
-    let settings = config::load_for_reading(args.config.as_deref())?;
+    let file = args.config.as_deref();
+    let settings = match &args.action {
+        // It makes a mixture: with the settings in force or not at all.
+        Some(AlarmsAction::Accept(_)) => config::load_settings(file)?,
+        _ => config::load_for_reading(file)?,
+    };
     // Filters may also stand before the action.
     let outer = &args.filters;
     match &args.action {
         None => list(args, outer, &settings),
         Some(AlarmsAction::List(filters)) => list(args, &filters.or(outer), &settings),
         Some(AlarmsAction::Export(export_args)) => export(args, export_args, &settings),
-        Some(AlarmsAction::Show { .. } | AlarmsAction::Ack(_))
+        Some(AlarmsAction::Show { .. } | AlarmsAction::Ack(_) | AlarmsAction::Accept(_))
             if *outer != AlarmFilterArgs::default() =>
         {
             let text = "options that select alarms belong to list and export; leave them out";
@@ -101,19 +123,37 @@ pub(super) fn run(args: &AlarmsArgs) -> CommandResult {
         }
         Some(AlarmsAction::Show { id }) => show(args, *id, &settings),
         Some(AlarmsAction::Ack(ack_args)) => acknowledge(args, ack_args, &settings),
+        Some(AlarmsAction::Accept(accept)) => {
+            let by = operator(accept.by.as_deref());
+            alarm_accept::run(&settings, &accept.ids, &by, args.json)
+        }
     }
 }
 
 fn list(args: &AlarmsArgs, filters: &AlarmFilterArgs, settings: &Settings) -> CommandResult {
     let filter = filters.filter(settings)?;
-    let alarms = Store::open_for_reading(&settings.store.dir)?.alarms(&filter)?;
+    let store = Store::open_for_reading(&settings.store.dir)?;
+    let alarms = store.alarms(&filter)?;
+    let health = if filters.selects() {
+        Vec::new()
+    } else {
+        store.health(true, MAX_HEALTH_ROWS)?
+    };
     if args.json {
         let records: Vec<_> = alarms.iter().map(|a| alarm_json(a, settings)).collect();
-        output::json(&json!({"alarms": records}))?;
-    } else if alarms.is_empty() {
+        output::json(&json!({"alarms": records, "health": health}))?;
+        return Ok(DONE);
+    }
+    if alarms.is_empty() {
         output::line("no alarms")?;
     } else {
         output::line(alarm_table(&alarms))?;
+    }
+    for row in health {
+        output::line(format!(
+            "health: {} since {}: {}",
+            row.subject, row.since, row.reason
+        ))?;
     }
     Ok(DONE)
 }
@@ -132,7 +172,9 @@ fn show(args: &AlarmsArgs, id: i64, settings: &Settings) -> CommandResult {
 
 /// Height of the floor in the frame of an alarm; `None` where its reference shows none.
 fn floor_m(store: &Store, alarm: &AlarmRow) -> Result<Option<f64>, Failure> {
-    let reference = store.reference_of_visit(alarm.visit_id)?;
+    let last = alarm.last_sighting.as_ref();
+    let visit_id = last.map_or(alarm.visit_id, |last| last.visit_id);
+    let reference = store.reference_of_visit(visit_id)?;
     Ok(reference.and_then(|gamma| floor_height_m(&gamma.mixture)))
 }
 

@@ -30,7 +30,7 @@ impl From<ClientError> for Failure {
     }
 }
 
-/// Requests `/visit` or `/teach` and waits for the reply.
+/// Requests `/visit` or `/teach` and waits for the reply; `options` go into the body beside the name.
 ///
 /// # Errors
 /// No service, no permission for its socket, or its error reply.
@@ -38,9 +38,12 @@ pub(super) fn request_at_waypoint<T: DeserializeOwned>(
     socket: &Path,
     path: &'static str,
     waypoint: &str,
+    options: Value,
 ) -> Result<T, Failure> {
+    let mut body = options;
+    body["waypoint"] = json!(waypoint);
     let working = progress::spinner(format!("{waypoint}: sweeping and inspecting"));
-    let response = post(socket, path, Some(json!({"waypoint": waypoint})));
+    let response = post(socket, path, Some(body));
     working.finish_and_clear();
     let (_, body) = response?;
     serde_json::from_slice(&body)
@@ -189,7 +192,7 @@ fn connect_error(socket: &Path, error: &std::io::Error) -> ClientError {
 #[cfg(test)]
 mod tests {
     use super::{request_at_waypoint, request_status_within, request_sweep};
-    use serde_json::Value;
+    use serde_json::{Value, json};
     use std::os::unix::net::UnixListener;
     use std::time::Duration;
 
@@ -211,7 +214,7 @@ mod tests {
     fn without_a_service_the_error_names_how_to_start_it() {
         let dir = tempfile::tempdir().expect("temp dir");
         let socket = dir.path().join("p.sock");
-        let reply = request_at_waypoint::<Value>(&socket, "/visit", "hall");
+        let reply = request_at_waypoint::<Value>(&socket, "/visit", "hall", json!({}));
         let error = reply.expect_err("no service").to_string();
         let at = socket.display();
         assert_eq!(

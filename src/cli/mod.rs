@@ -14,6 +14,7 @@
 //! | `experiment` | what `evaluate` and `reproduce` share |
 //! | `mixtures_out` | what `compare` and `rejudge` write for `distance` |
 
+mod alarm_accept;
 mod alarm_filter_args;
 mod alarm_report;
 mod alarms;

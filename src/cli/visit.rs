@@ -4,6 +4,7 @@ use super::failure::{CommandResult, verdict_exit_code};
 use super::{alarm_report, client, config, output};
 use crate::service::replies::VisitReply;
 use clap::Args;
+use serde_json::json;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -21,7 +22,7 @@ pub(super) struct VisitArgs {
 pub(super) fn run(args: &VisitArgs) -> CommandResult {
     let settings = config::load_settings(args.config.as_deref())?;
     let visit: VisitReply =
-        client::request_at_waypoint(&settings.api.socket, "/visit", &args.name)?;
+        client::request_at_waypoint(&settings.api.socket, "/visit", &args.name, json!({}))?;
     if args.json {
         output::json(&visit)?;
     } else {
@@ -48,11 +49,7 @@ fn visit_text(visit: &VisitReply) -> String {
     if let Some(why) = &visit.evidence_missing_because {
         lines.push(format!("  its sweep is not stored yet: {why}"));
     }
-    match visit.alarm {
-        Some(alarm) if alarm.raised => lines.push(format!("  alarm {} raised", alarm.id)),
-        Some(alarm) => lines.push(format!("  belongs to alarm {}", alarm.id)),
-        None => {}
-    }
+    lines.extend(visit.alarms.iter().map(|alarm| format!("  {alarm}")));
     for cleared in &visit.cleared {
         lines.push(format!("  alarm {cleared} cleared"));
     }

@@ -1,12 +1,13 @@
-//! `patrold waypoints [list|show NAME|forget NAME|rebuild NAME]`: the waypoints and their reference versions.
+//! `patrold waypoints [list|show NAME|restore NAME VERSION|forget NAME|rebuild NAME]`: the waypoints and their reference versions.
 
-use super::failure::{CommandResult, DONE};
+use super::failure::{CommandResult, DONE, Failure};
 use super::local_time::local_time;
 use super::{config, output, table, waypoint_rebuild};
 use crate::service::record_time_now;
 use crate::store::{Store, WaypointRow};
 use clap::{Args, Subcommand};
-use serde_json::json;
+use serde_json::{Value, json};
+use std::io::IsTerminal as _;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -29,11 +30,29 @@ enum WaypointsAction {
     Show {
         /// Name of the waypoint
         name: String,
+        /// Only this version of its reference
+        #[arg(long, value_name = "N")]
+        version: Option<i64>,
+    },
+    /// Make an older version of the reference the newest
+    Restore {
+        /// Name of the waypoint
+        name: String,
+        /// The version to restore
+        version: i64,
+        /// Make what these standing alarms show normal; without, nothing is restored while alarms stand
+        #[arg(long, value_name = "ID", num_args = 1..)]
+        accept: Vec<i64>,
     },
     /// Forget a waypoint; the log keeps its visits and alarms
+    ///
+    /// Lists what goes and asks; without a terminal it needs --yes.
     Forget {
         /// Name of the waypoint
         name: String,
+        /// Do not ask
+        #[arg(long)]
+        yes: bool,
     },
     /// Make the mixture of the reference anew from its stored view, with the current settings
     ///
@@ -58,11 +77,23 @@ pub(super) fn run(args: &WaypointsArgs) -> CommandResult {
     let dir = &settings.store.dir;
     match &args.action {
         None | Some(WaypointsAction::List) => list(&Store::open_for_reading(dir)?, args.json),
-        Some(WaypointsAction::Show { name }) => {
-            show(&Store::open_for_reading(dir)?, name, args.json)
+        Some(WaypointsAction::Show { name, version }) => {
+            let store = Store::open_for_reading(dir)?;
+            match version {
+                None => show(&store, name, args.json),
+                Some(version) => show_version(&store, name, *version, args.json),
+            }
         }
-        Some(WaypointsAction::Forget { name }) => {
-            forget(&mut Store::open_existing(dir)?, name, args.json)
+        Some(WaypointsAction::Restore {
+            name,
+            version,
+            accept,
+        }) => {
+            let mut store = Store::open_existing(dir)?;
+            restore(&mut store, name, *version, accept, args.json)
+        }
+        Some(WaypointsAction::Forget { name, yes }) => {
+            forget(&mut Store::open_existing(dir)?, name, *yes, args.json)
         }
         Some(WaypointsAction::Rebuild {
             name,
@@ -133,20 +164,92 @@ fn show(store: &Store, name: &str, as_json: bool) -> CommandResult {
     for (verdict, at) in row.last_verdict.iter().zip(&row.last_visit_at) {
         output::line(format!("  last visit {}: {verdict}", local_time(at, false)))?;
     }
-    let mut rows = table::table(&["version", "taken", "points", "components"]);
+    let mut rows = table::table(&["version", "taken", "points", "components", "frame of"]);
     for reference in &waypoint.references {
         rows.add_row([
             reference.version.to_string(),
             local_time(&reference.taken_at, false),
             reference.points.to_string(),
             reference.components.to_string(),
+            reference.frame_version.to_string(),
         ]);
     }
     output::line(rows.to_string())?;
     Ok(DONE)
 }
 
-fn forget(store: &mut Store, name: &str, as_json: bool) -> CommandResult {
+fn show_version(store: &Store, name: &str, version: i64, as_json: bool) -> CommandResult {
+    let stored = store.reference_version(name, version)?;
+    let engine: Value = serde_json::from_str(&stored.engine).unwrap_or_default();
+    if as_json {
+        output::json(&json!({
+            "waypoint": name,
+            "version": stored.version,
+            "frame": stored.positions_frame(name),
+            "in_use": stored.in_use,
+            "points": stored.view.points.len(),
+            "no_return": stored.view.no_return.len(),
+            "components": stored.components,
+            "mixture": stored.mixture.state(),
+            "engine": engine,
+        }))?;
+        return Ok(DONE);
+    }
+    let in_use = if stored.in_use {
+        "in use"
+    } else {
+        "not in use"
+    };
+    output::line(format!(
+        "reference {}: {in_use}, positions in the frame of {}\n  {} points, {} directions without a return\n  {} components, the mixture is {}",
+        stored.frame(name),
+        stored.positions_frame(name),
+        stored.view.points.len(),
+        stored.view.no_return.len(),
+        stored.components,
+        stored.mixture.state()
+    ))?;
+    Ok(DONE)
+}
+
+fn restore(
+    store: &mut Store,
+    name: &str,
+    version: i64,
+    accept: &[i64],
+    as_json: bool,
+) -> CommandResult {
+    let new = store.restore_reference(name, version, accept, &record_time_now())?;
+    if as_json {
+        output::json(&json!({"waypoint": name, "restored": version, "version": new}))?;
+    } else {
+        output::line(format!(
+            "reference {name}/{version} is in use again, as version {new}"
+        ))?;
+    }
+    Ok(DONE)
+}
+
+fn forget(store: &mut Store, name: &str, yes: bool, as_json: bool) -> CommandResult {
+    let waypoint = store.waypoint(name)?;
+    if !yes {
+        let what = format!(
+            "{name}: {} reference version(s) go out of use, {} standing alarm(s) are cleared; visits and alarms stay in the log",
+            waypoint.references.len(),
+            waypoint.row.standing_alarms
+        );
+        if !std::io::stdin().is_terminal() {
+            return Err(Failure::Usage(format!("{what}; to do so give --yes")));
+        }
+        output::line(format!("{what}\nforget {name}? [y/N]"))?;
+        let mut answer = String::new();
+        std::io::stdin()
+            .read_line(&mut answer)
+            .map_err(Failure::failed)?;
+        if !matches!(answer.trim(), "y" | "yes") {
+            return Err(Failure::Failed(format!("{name}: not forgotten")));
+        }
+    }
     store.forget_waypoint(name, &record_time_now())?;
     if as_json {
         output::json(&json!({"forgotten": name}))?;

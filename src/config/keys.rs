@@ -325,7 +325,14 @@ pub const KEYS: &[ConfigKey] = &[
         Float(0.0, 100.0),
         "0.5",
         "m",
-        "A change seen again within this distance belongs to the same alarm.",
+        "A thing of an alarm that is seen further than this from where it was has moved; less, if its place is known better.",
+    ),
+    key(
+        "alarms.unseen_after",
+        Float(0.0, 8760.0),
+        "0.0",
+        "h",
+        "A waypoint that nobody visits for longer than this is a health incident; 0 expects no visits.",
     ),
     key(
         "api.socket",

@@ -19,6 +19,7 @@ mod warnings;
 
 pub use engine::ground_name;
 pub use error::{ConfigError, ConfigProblem};
+pub use key_lookup::edit_distance;
 pub use keys::{ConfigKey, KEYS};
 pub use last_good::{keep_last_good, load_last_good};
 pub use layers::{ConfigFile, ConfigLayers, ValueOrigin};

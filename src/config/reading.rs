@@ -115,6 +115,7 @@ fn read_settings(layers: &ConfigLayers) -> Settings {
         },
         alarms: AlarmConfig {
             same_place_m: get.float("alarms.same_place_m"),
+            unseen_after_h: get.float("alarms.unseen_after"),
         },
         api: ApiConfig {
             socket: PathBuf::from(get.text("api.socket")),

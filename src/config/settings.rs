@@ -171,8 +171,10 @@ pub struct StoreConfig {
 /// `[alarms]`
 #[derive(Debug, Clone, PartialEq)]
 pub struct AlarmConfig {
-    /// Distance within which a change belongs to a standing alarm, metres.
+    /// A thing that is further from where it was has moved, metres.
     pub same_place_m: f64,
+    /// Hours without a visit after which a waypoint is a health incident; 0: never.
+    pub unseen_after_h: f64,
 }
 
 /// `[api]`

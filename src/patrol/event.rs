@@ -46,6 +46,8 @@ pub enum RefusalReason {
     UnknownWaypoint(String),
     /// The waypoint has no reference.
     NoReference(String),
+    /// Somebody has to decide first: alarms stand, or the name is nearly a known one.
+    Undecided(String),
     /// The devices failed.
     NoSweep(String),
     /// The quality of the sweep is too poor for a reference or for export.
@@ -61,6 +63,7 @@ impl fmt::Display for RefusalReason {
             Self::Stopping => f.write_str("the service is stopping"),
             Self::UnknownWaypoint(why)
             | Self::NoReference(why)
+            | Self::Undecided(why)
             | Self::NoSweep(why)
             | Self::BadSweep(why)
             | Self::Failed(why) => f.write_str(why),

@@ -194,7 +194,7 @@ impl PatrolMachine {
             let Some(request) = self.queue.pop_front() else {
                 return;
             };
-            if request.task == PatrolTask::Visit {
+            if request.task != PatrolTask::Sweep {
                 out.push(PatrolAction::Prepare(request.clone()));
                 self.current = Some((request, RequestStage::Preparing));
             } else {

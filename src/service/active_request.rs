@@ -1,14 +1,16 @@
 //! The request being served: what has been gathered for it, its record in the store and its reply.
 
-use super::judgement::{AssembledSweep, SweepFinding, SweepJudgement, VisitFinding};
+use super::judgement::{AssembledSweep, SweepFinding, SweepJudgement, VisitBasis, VisitFinding};
+use super::message::TeachOptions;
 use super::replies::{
-    AlarmReply, ServiceReply, StepTiming, SweepInfo, SweepReply, TeachReply, VisitReply,
+    AlarmReply, AlarmSeen, ServiceReply, StepTiming, SweepInfo, SweepReply, TeachReply, VisitReply,
 };
+use crate::alarm::Relation;
 use crate::config::Settings;
 use crate::patrol::event::{PatrolRequest, RefusalReason};
 use crate::store::{
-    Ledger, NewMixture, NewReference, NewVisit, RecordTime, Store, StoreError, StoredReference,
-    SweepRecord, VisitOutcome, VisitRecord,
+    AlarmSighting, Ledger, NewMixture, NewReference, NewVisit, RecordTime, ReferenceFrame, Store,
+    StoreError, StoredReference, SweepRecord, VisitOutcome, VisitRecord,
 };
 use patrold_engine::novelty::Verdict;
 use serde_json::json;
@@ -19,23 +21,33 @@ pub(super) struct ActiveRequest {
     pub(super) request: PatrolRequest,
     /// In force when its sweep began.
     pub(super) settings: Arc<Settings>,
-    pub(super) reference: Option<Arc<StoredReference>>,
+    pub(super) basis: Option<Arc<VisitBasis>>,
     /// The first sweep suggested lost steps; this is the second, after homing.
     pub(super) repeated_sweep: bool,
     pub(super) judgement: Option<SweepJudgement>,
     pub(super) timing: StepTiming,
+    pub(super) teach: TeachOptions,
 }
 
 impl ActiveRequest {
-    pub(super) fn new(request: PatrolRequest, settings: Arc<Settings>) -> Self {
+    pub(super) fn new(
+        request: PatrolRequest,
+        settings: Arc<Settings>,
+        teach: TeachOptions,
+    ) -> Self {
         Self {
             request,
             settings,
-            reference: None,
+            teach,
+            basis: None,
             repeated_sweep: false,
             judgement: None,
             timing: StepTiming::default(),
         }
+    }
+
+    fn stored_reference(&self) -> Option<&StoredReference> {
+        self.basis.as_deref().map(|basis| &basis.reference)
     }
 
     /// Writes the outcome to the store; `not_observed` is the reason where nothing could be judged.
@@ -76,6 +88,8 @@ impl ActiveRequest {
                     model: &engine.novelty.reference_model(seed),
                     engine: &settings.engine_json(),
                     seed,
+                    accepted: &self.teach.accept,
+                    frame: ReferenceFrame::Own,
                 };
                 ledger.store.teach(&new, now).map(|version| {
                     ServiceReply::Teach(Box::new(TeachReply {
@@ -97,7 +111,7 @@ impl ActiveRequest {
     /// visit: the next one makes it again.
     fn replace_mixture(&self, store: &mut Store, now: &RecordTime) {
         let ready = self.judgement.as_ref().and_then(|j| j.made_anew.as_deref());
-        let (Some(ready), Some(stored)) = (ready, self.reference.as_deref()) else {
+        let (Some(ready), Some(stored)) = (ready, self.stored_reference()) else {
             return;
         };
         let Some(made_anew) = &ready.made_anew else {
@@ -141,7 +155,7 @@ impl ActiveRequest {
         let u_th = report.map_or_else(|| settings.u_th(Some(waypoint)), |r| r.u_th);
         let visit = NewVisit {
             waypoint,
-            reference_id: self.reference.as_ref().map(|r| r.id),
+            reference_id: self.stored_reference().map(|r| r.id),
             sweep: match assembled {
                 Some(sweep) => Some(sweep_record(sweep, &quality)),
                 None => self.unassembled_raw().map(raw_record),
@@ -154,6 +168,7 @@ impl ActiveRequest {
             engine: &settings.engine_json(),
             report: &report.map_or_else(|| "{}".to_owned(), |r| json!(r).to_string()),
             novelties,
+            places: finding.map_or(&[], |f| &f.places),
             same_place_m: settings.alarms.same_place_m,
         };
         let (outcome, held) = match ledger.record_visit(&visit, now) {
@@ -164,7 +179,7 @@ impl ActiveRequest {
             Err(error) => return Err(error),
         };
         let outcome = outcome.as_ref();
-        let version = self.reference.as_ref().map_or(0, |r| r.version);
+        let version = self.stored_reference().map_or(0, |r| r.version);
         Ok(ServiceReply::Visit(Box::new(VisitReply {
             waypoint: waypoint.clone(),
             verdict: verdict.as_str().to_owned(),
@@ -174,12 +189,17 @@ impl ActiveRequest {
             not_stored_because: held.as_ref().map(ToString::to_string),
             evidence_missing_because: outcome.and_then(|o| o.evidence_missing.clone()),
             alarm: outcome.and_then(alarm_reply),
-            cleared: outcome.map(|o| o.cleared.clone()).unwrap_or_default(),
+            alarms: outcome.map(alarms_seen).unwrap_or_default(),
+            cleared: outcome
+                .map(|o| o.effects.cleared.clone())
+                .unwrap_or_default(),
             d_gmm: report.map(|r| r.d_gmm),
             u_th,
             pose_correction: report.map(|r| r.pose_correction.clone()),
             reference_version: version,
-            frame: format!("{waypoint}/{version}"),
+            frame: self
+                .stored_reference()
+                .map_or_else(|| format!("{waypoint}/0"), |r| r.positions_frame(waypoint)),
             novelties: novelties.to_vec(),
             sweep: assembled.map(|sweep| sweep.quality.clone()),
             timing_ms: self.timing,
@@ -232,10 +252,26 @@ fn raw_record(raw: &[u8]) -> SweepRecord<'_> {
     }
 }
 
+/// The first alarm that it raised, else the first that it saw again.
 fn alarm_reply(recorded: &VisitOutcome) -> Option<AlarmReply> {
-    let raised = recorded.raised.map(|id| AlarmReply { id, raised: true });
-    let extended = recorded.extended.map(|id| AlarmReply { id, raised: false });
-    raised.or(extended)
+    let reply = |seen: &AlarmSighting| AlarmReply {
+        id: seen.id,
+        raised: seen.relation == Relation::Raised,
+    };
+    let mut alarms = recorded.effects.alarms.iter().map(reply);
+    alarms.clone().find(|a| a.raised).or_else(|| alarms.next())
+}
+
+fn alarms_seen(recorded: &VisitOutcome) -> Vec<AlarmSeen> {
+    let alarms = recorded.effects.alarms.iter();
+    alarms
+        .map(|seen| AlarmSeen {
+            id: seen.id,
+            relation: seen.relation.as_str().to_owned(),
+            novelty: seen.position,
+            distance_m: seen.distance_m,
+        })
+        .collect()
 }
 
 pub(super) fn refusal_reason(error: StoreError) -> RefusalReason {
@@ -243,6 +279,9 @@ pub(super) fn refusal_reason(error: StoreError) -> RefusalReason {
     match error {
         StoreError::UnknownWaypoint { .. } => RefusalReason::UnknownWaypoint(text),
         StoreError::NoReference { .. } => RefusalReason::NoReference(text),
+        StoreError::StandingAlarms { .. }
+        | StoreError::NotAcceptable { .. }
+        | StoreError::NameLike { .. } => RefusalReason::Undecided(text),
         _ => RefusalReason::Failed(text),
     }
 }

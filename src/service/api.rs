@@ -1,7 +1,7 @@
 //! HTTP API on the control socket: POST /visit, /teach, /sweep, /reload; GET /status.
 
 use super::constants::MAX_WAYPOINT_NAME_BYTES;
-use super::message::{ClientRequest, ServiceMessage};
+use super::message::{ClientRequest, ServiceMessage, TeachOptions};
 use super::replies::{ErrorReply, ServiceReply, StatusReply};
 use crate::patrol::event::{PatrolTask, RefusalReason};
 use axum::extract::State;
@@ -30,6 +30,16 @@ struct ApiState {
 #[serde(deny_unknown_fields)]
 struct WaypointRequest {
     waypoint: String,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TeachRequest {
+    waypoint: String,
+    #[serde(default)]
+    accept: Vec<i64>,
+    #[serde(default)]
+    new: bool,
 }
 
 /// User id and process id of the client, from the socket's peer credentials.
@@ -84,19 +94,25 @@ async fn visit(
     ConnectInfo(peer): ConnectInfo<Peer>,
     request: Result<Json<WaypointRequest>, JsonRejection>,
 ) -> Response {
+    let request = request.map(|Json(r)| (r.waypoint, TeachOptions::default()));
     submit_at_waypoint(&state, &peer, PatrolTask::Visit, request).await
 }
 
 async fn teach(
     State(state): State<ApiState>,
     ConnectInfo(peer): ConnectInfo<Peer>,
-    request: Result<Json<WaypointRequest>, JsonRejection>,
+    request: Result<Json<TeachRequest>, JsonRejection>,
 ) -> Response {
+    let request = request.map(|Json(r)| {
+        let (accept, new_name) = (r.accept, r.new);
+        (r.waypoint, TeachOptions { accept, new_name })
+    });
     submit_at_waypoint(&state, &peer, PatrolTask::Teach, request).await
 }
 
 async fn sweep(State(state): State<ApiState>, ConnectInfo(peer): ConnectInfo<Peer>) -> Response {
-    submit(&state, &peer, PatrolTask::Sweep, String::new()).await
+    let no_options = TeachOptions::default();
+    submit(&state, &peer, PatrolTask::Sweep, String::new(), no_options).await
 }
 
 /// Answers when the files are in force, or refused.
@@ -133,10 +149,10 @@ async fn submit_at_waypoint(
     state: &ApiState,
     peer: &Peer,
     task: PatrolTask,
-    request: Result<Json<WaypointRequest>, JsonRejection>,
+    request: Result<(String, TeachOptions), JsonRejection>,
 ) -> Response {
-    let waypoint = match request {
-        Ok(Json(request)) => request.waypoint,
+    let (waypoint, teach) = match request {
+        Ok(request) => request,
         Err(rejection) => {
             let text = rejection.body_text();
             return error(rejection.status(), text.replace('\n', " "));
@@ -144,16 +160,23 @@ async fn submit_at_waypoint(
     };
     match waypoint_name_error(&waypoint) {
         Some(text) => error(StatusCode::BAD_REQUEST, text),
-        None => submit(state, peer, task, waypoint).await,
+        None => submit(state, peer, task, waypoint, teach).await,
     }
 }
 
-async fn submit(state: &ApiState, peer: &Peer, task: PatrolTask, waypoint: String) -> Response {
+async fn submit(
+    state: &ApiState,
+    peer: &Peer,
+    task: PatrolTask,
+    waypoint: String,
+    teach: TeachOptions,
+) -> Response {
     tracing::info!(WAYPOINT = %waypoint, "{} {waypoint} requested by {peer}", task.as_str());
     let (reply_to, reply) = oneshot::channel();
     let request = ClientRequest {
         task,
         waypoint,
+        teach,
         reply_to,
     };
     if state.inbox.send(ServiceMessage::Request(request)).is_err() {
@@ -182,7 +205,7 @@ fn respond(reply: ServiceReply) -> Response {
         ServiceReply::Refused(refusal) => {
             let code = match &refusal {
                 RefusalReason::UnknownWaypoint(_) => StatusCode::NOT_FOUND,
-                RefusalReason::NoReference(_) => StatusCode::CONFLICT,
+                RefusalReason::NoReference(_) | RefusalReason::Undecided(_) => StatusCode::CONFLICT,
                 RefusalReason::BadSweep(_) => StatusCode::UNPROCESSABLE_ENTITY,
                 RefusalReason::Busy | RefusalReason::Stopping | RefusalReason::NoSweep(_) => {
                     StatusCode::SERVICE_UNAVAILABLE

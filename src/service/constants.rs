@@ -61,4 +61,14 @@ pub(super) const WALL_CLOCK_STABLE_FOR: Duration = Duration::from_secs(3600);
 /// A wall clock that deviates so far from the monotonic one has been set: slewing gains 2 s an hour (adjtime, 500 ppm).
 pub(super) const WALL_CLOCK_STEP: Duration = Duration::from_secs(60);
 
+/// Waypoints that nobody visits are looked for this often; `alarms.unseen_after` is in hours.
+pub(super) const UNSEEN_CHECK_INTERVAL: Duration = Duration::from_secs(60);
+
 pub(super) const MAX_WAYPOINT_NAME_BYTES: usize = 64;
+
+/// What is nearer than this stands before the sensor, metres: a hand, a cover, a pillar that the robot touches.
+pub(super) const BLOCKED_WITHIN_M: f64 = 0.35;
+/// From this share of the returns on, a reference is blocked.
+pub(super) const BLOCKED_SHARE: f64 = 0.5;
+/// A new reference shows at least this share of the surface of the one before.
+pub(super) const MIN_SHOWN_SHARE: f64 = 0.5;

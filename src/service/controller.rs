@@ -1,14 +1,14 @@
 //! Turns the messages of the service loop into patrol events, and carries out the patrol's actions.
 
-use super::active_request::{ActiveRequest, refusal_reason};
+use super::active_request::ActiveRequest;
 use super::constants::JUDGE_LIMIT;
 use super::judgement::{SweepJudgement, judge_sweep};
 use super::logging::LogLevelHandle;
-use super::message::{ClientRequest, ServiceMessage};
+use super::message::{ClientRequest, ServiceMessage, TeachOptions};
 use super::record_time::record_time_now;
 use super::reference_cache::ReferenceCache;
 use super::replies::{ReloadReply, ServiceReply, StatusReply};
-use super::scanner_thread::{ScannerEvent, ScannerThread};
+use super::scanner_thread::ScannerThread;
 use super::storage_watch::StorageWatch;
 use super::store_writer::StoreWriter;
 use super::systemd::SystemdNotifier;
@@ -27,6 +27,8 @@ use tokio::sync::{oneshot, watch};
 
 mod clients;
 mod housekeeping;
+mod preparing;
+mod scanner_events;
 mod storage;
 mod reloading;
 
@@ -54,6 +56,8 @@ pub(super) struct Controller {
     references: ReferenceCache,
     /// Waiting clients by request id.
     reply_channels: HashMap<u64, oneshot::Sender<ServiceReply>>,
+    /// Of requests that have not begun.
+    teach_options: HashMap<u64, TeachOptions>,
     last_request_id: u64,
     active: Option<ActiveRequest>,
     raw_sweep: Option<RawSweep>,
@@ -68,6 +72,9 @@ pub(super) struct Controller {
     storage: StorageWatch,
     maintaining: bool,
     maintenance_due: Instant,
+    unseen_due: Instant,
+    /// What was last noted of each subject.
+    health: HashMap<&'static str, Option<String>>,
     exited: bool,
     started: Instant,
     wall_clock: WallClockMonitor,
@@ -86,6 +93,7 @@ impl Controller {
             reload_clients: Vec::new(),
             references: ReferenceCache::default(),
             reply_channels: HashMap::new(),
+            teach_options: HashMap::new(),
             last_request_id: 0,
             active: None,
             raw_sweep: None,
@@ -98,6 +106,8 @@ impl Controller {
             storage: StorageWatch::default(),
             maintaining: false,
             maintenance_due: now,
+            unseen_due: now,
+            health: HashMap::new(),
             exited: false,
             started: now,
             wall_clock: WallClockMonitor::default(),
@@ -128,9 +138,9 @@ impl Controller {
             ServiceMessage::Scanner(event) => self.scanner_event(event),
             ServiceMessage::Request(request) => self.request_event(request),
             ServiceMessage::Prepared(id, found) => {
-                let found = found.map(|stored| {
+                let found = found.map(|basis| {
                     if let Some(active) = self.active.as_mut().filter(|a| a.request.id == id) {
-                        active.reference = Some(Arc::new(stored));
+                        active.basis = basis.map(Arc::from);
                     }
                 });
                 PatrolEvent::Prepared(id, found)
@@ -138,6 +148,9 @@ impl Controller {
             ServiceMessage::Judged(id, judgement) => {
                 let result = judgement.finding.as_ref().map(|_| ()).map_err(Clone::clone);
                 let spent_ms = self.step_ms();
+                if self.active.as_ref().is_some_and(|a| a.request.id == id) {
+                    self.note_health("sweep", judgement.sweep_fault.as_deref());
+                }
                 if let Some(active) = self.active.as_mut().filter(|a| a.request.id == id) {
                     self.judging = false;
                     active.timing.judge += spent_ms;
@@ -145,7 +158,7 @@ impl Controller {
                         active.repeated_sweep = true;
                         return self.handle(PatrolEvent::LostStepsSuspected(id, reason));
                     }
-                    active.judgement = Some(judgement);
+                    active.judgement = Some(*judgement);
                 }
                 PatrolEvent::Judged(id, result)
             }
@@ -176,8 +189,7 @@ impl Controller {
 
     pub(super) fn tick(&mut self) {
         self.drop_disconnected_clients();
-        self.wall_clock
-            .update(self.started.elapsed(), jiff::Timestamp::now());
+        self.watch_clock();
         self.handle(PatrolEvent::Tick);
         let judging_overdue = self.judging && self.step_started.elapsed() > JUDGE_LIMIT;
         let overdue = judging_overdue
@@ -190,6 +202,9 @@ impl Controller {
         self.overdue = overdue;
         if !overdue {
             self.services.systemd.feed_watchdog();
+        }
+        if Instant::now() >= self.unseen_due {
+            self.note_unseen();
         }
         if Instant::now() >= self.retention_due && self.machine.current().is_none() {
             self.apply_retention();
@@ -224,47 +239,13 @@ impl Controller {
         self.perform(actions);
     }
 
-    fn scanner_event(&mut self, event: ScannerEvent) -> PatrolEvent {
-        match event {
-            ScannerEvent::Ready(identity) => {
-                self.services
-                    .status
-                    .send_modify(|status| status.devices.identity = identity);
-                PatrolEvent::DevicesReady
-            }
-            ScannerEvent::Failed(reason) => PatrolEvent::DevicesFailed(reason),
-            ScannerEvent::Absent(reason) => PatrolEvent::DevicesAbsent(reason),
-            ScannerEvent::Lost(reason) => PatrolEvent::DevicesLost(reason),
-            ScannerEvent::Closed => PatrolEvent::DevicesClosed,
-            ScannerEvent::Swept(id, raw_sweep) => {
-                let now = self.services.scanner.clock().now();
-                let spent = now.saturating_sub(self.sweep_started);
-                if let Some(active) = self.active.as_mut().filter(|a| a.request.id == id) {
-                    active.timing.sweep += spent.as_secs_f64() * 1e3;
-                    self.raw_sweep = Some(*raw_sweep);
-                }
-                PatrolEvent::SweepDone(id)
-            }
-            ScannerEvent::Returned(duration) => {
-                let return_ms = duration.map(|duration| duration.as_secs_f64() * 1e3);
-                self.services
-                    .status
-                    .send_modify(|status| status.devices.return_ms = return_ms);
-                // The patrol has no event for it.
-                PatrolEvent::Tick
-            }
-            ScannerEvent::SweepFailed(id, error) => PatrolEvent::SweepFailed {
-                id,
-                reason: error.reason,
-                lost: error.lost,
-            },
-        }
-    }
-
     fn request_event(&mut self, request: ClientRequest) -> PatrolEvent {
         self.last_request_id += 1;
         let id = self.last_request_id;
         self.reply_channels.insert(id, request.reply_to);
+        if request.task == PatrolTask::Teach {
+            self.teach_options.insert(id, request.teach);
+        }
         PatrolEvent::Requested(PatrolRequest {
             id,
             task: request.task,
@@ -290,6 +271,7 @@ impl Controller {
                 PatrolAction::Refuse(request, refusal) => {
                     let (task, waypoint) = (request.task.as_str(), &request.waypoint);
                     tracing::warn!(WAYPOINT = %waypoint, "{task} {waypoint}: {refusal}");
+                    self.teach_options.remove(&request.id);
                     self.send_reply(request.id, ServiceReply::Refused(refusal));
                 }
                 PatrolAction::Abandon(request) => self.abandon(&request),
@@ -304,18 +286,11 @@ impl Controller {
     fn active_for(&mut self, request: PatrolRequest) -> ActiveRequest {
         match self.active.take() {
             Some(active) if active.request.id == request.id => active,
-            _ => ActiveRequest::new(request, Arc::clone(&self.settings)),
+            _ => {
+                let teach = self.teach_options.remove(&request.id).unwrap_or_default();
+                ActiveRequest::new(request, Arc::clone(&self.settings), teach)
+            }
         }
-    }
-
-    fn prepare(&mut self, request: PatrolRequest) {
-        let (id, waypoint) = (request.id, request.waypoint.clone());
-        self.active = Some(self.active_for(request));
-        let inbox = self.services.inbox.clone();
-        self.services.writer.submit(
-            move |ledger| ledger.store.reference(&waypoint).map_err(refusal_reason),
-            move |reference| send(&inbox, ServiceMessage::Prepared(id, reference)),
-        );
     }
 
     fn start_sweep(&mut self, request: PatrolRequest) {
@@ -336,20 +311,20 @@ impl Controller {
             return self.handle(lost);
         };
         let (id, task, waypoint) = (request.id, request.task, request.waypoint.clone());
-        let reference = active.reference.clone();
+        let basis = active.basis.clone();
         let repeated = active.repeated_sweep;
         let settings = Arc::clone(&active.settings);
         let (references, inbox) = (self.references.clone(), self.services.inbox.clone());
         self.step_started = Instant::now();
         self.judging = true;
         let judging = tokio::task::spawn_blocking(move || {
-            let reference = reference.as_deref();
+            let basis = basis.as_deref();
             judge_sweep(
                 task,
                 &waypoint,
                 &raw,
                 repeated,
-                reference,
+                basis,
                 &settings,
                 &references,
             )
@@ -358,7 +333,7 @@ impl Controller {
             let judgement = judging
                 .await
                 .unwrap_or_else(SweepJudgement::from_join_error);
-            send(&inbox, ServiceMessage::Judged(id, judgement));
+            send(&inbox, ServiceMessage::Judged(id, Box::new(judgement)));
         });
     }
 

@@ -1,13 +1,22 @@
 //! Messages to the service loop.
 
-use super::judgement::SweepJudgement;
+use super::judgement::{SweepJudgement, VisitBasis};
 use super::replies::{ReloadReply, ServiceReply};
 use super::scanner_thread::ScannerEvent;
 use crate::config::{ConfigError, LoadedConfig};
 use crate::patrol::event::{PatrolTask, RefusalReason};
 use crate::patrol::severity::Severity;
-use crate::store::{StorageReport, StoredReference};
+use crate::store::StorageReport;
 use tokio::sync::oneshot;
+
+/// What the client of a teach decided.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct TeachOptions {
+    /// Standing alarms whose things become normal.
+    pub(super) accept: Vec<i64>,
+    /// The name is new, however near to a known one.
+    pub(super) new_name: bool,
+}
 
 /// A request from the control socket.
 #[derive(Debug)]
@@ -15,6 +24,7 @@ pub(super) struct ClientRequest {
     pub(super) task: PatrolTask,
     /// Empty for a bare sweep.
     pub(super) waypoint: String,
+    pub(super) teach: TeachOptions,
     pub(super) reply_to: oneshot::Sender<ServiceReply>,
 }
 
@@ -23,9 +33,9 @@ pub(super) struct ClientRequest {
 pub(super) enum ServiceMessage {
     Scanner(ScannerEvent),
     Request(ClientRequest),
-    /// The waypoint's reference was looked up.
-    Prepared(u64, Result<StoredReference, RefusalReason>),
-    Judged(u64, SweepJudgement),
+    /// The waypoint's reference and incidents were looked up; a new waypoint has none.
+    Prepared(u64, Result<Option<Box<VisitBasis>>, RefusalReason>),
+    Judged(u64, Box<SweepJudgement>),
     /// The outcome is on disk.
     Recorded(u64, Result<ServiceReply, RefusalReason>),
     /// A client asks for a reload.

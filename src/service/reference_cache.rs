@@ -128,6 +128,27 @@ mod tests {
         assert!(anew.made_anew.is_some());
     }
 
+    /// Two waypoints may have mixtures of the same bytes: their views are their own.
+    #[test]
+    fn waypoints_are_not_mixed() {
+        let (cache, settings) = (ReferenceCache::default(), Settings::defaults());
+        let hall = stored(&settings, by_hand(0.0), "a");
+        let mut dock = stored(&settings, by_hand(0.0), "a");
+        dock.id = 2;
+        let points = dock.view.points.iter().map(|p| p + nalgebra::Vector3::z());
+        dock.view = View::from_points(points.collect(), Point3::origin());
+        let other = |name, of| cache.get(name, of, &settings).expect("ready");
+        let (first, second) = (other("hall", &hall), other("dock", &dock));
+        assert!(!Arc::ptr_eq(&first, &second));
+        let seen =
+            |ready: &Arc<crate::store::ReadyReference>| ready.reference.prepared.view.points[0].z;
+        assert!((seen(&second) - seen(&first) - 1.0).abs() < 1e-9);
+        for _ in 0..2 {
+            assert!(Arc::ptr_eq(&first, &other("hall", &hall)));
+            assert!(Arc::ptr_eq(&second, &other("dock", &dock)));
+        }
+    }
+
     #[test]
     fn models_are_not_mixed() {
         let (cache, settings) = (ReferenceCache::default(), Settings::defaults());

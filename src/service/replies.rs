@@ -5,6 +5,7 @@ use patrold_engine::novelty::Verdict;
 use patrold_engine::report::{NoveltyRecord, PoseCorrection};
 use patrold_engine::sweep::SweepQuality;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// The alarm of a visit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -13,6 +14,30 @@ pub struct AlarmReply {
     pub id: i64,
     /// Whether this visit raised it; otherwise the visit belongs to an open one.
     pub raised: bool,
+}
+
+/// What a visit was to one alarm.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AlarmSeen {
+    /// Number of the alarm.
+    pub id: i64,
+    /// raised, seen, moved, changed or back.
+    pub relation: String,
+    /// Index of its thing among the visit's novelties.
+    pub novelty: usize,
+    /// Distance of the thing from where it was, metres; null for a new one.
+    pub distance_m: Option<f64>,
+}
+
+impl fmt::Display for AlarmSeen {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (id, relation) = (self.id, &self.relation);
+        match (relation.as_str(), self.distance_m) {
+            ("moved", Some(by_m)) => write!(f, "alarm {id} moved by {by_m:.2} m"),
+            ("seen", _) => write!(f, "alarm {id} seen again"),
+            _ => write!(f, "alarm {id} {relation}"),
+        }
+    }
 }
 
 /// Durations of the steps, milliseconds.
@@ -45,6 +70,9 @@ pub struct VisitReply {
     pub evidence_missing_because: Option<String>,
     /// `None` for a visit without an alarm.
     pub alarm: Option<AlarmReply>,
+    /// Every alarm that it raised or saw again.
+    #[serde(default)]
+    pub alarms: Vec<AlarmSeen>,
     /// Alarms that it cleared.
     pub cleared: Vec<i64>,
     /// d_GMM; null where none could be computed.

@@ -39,8 +39,8 @@ impl StorageWatch {
         let mut notes = Vec::new();
         let retry = &report.retry;
         for (waypoint, at, outcome) in &retry.stored {
-            let alarm = outcome.raised.or(outcome.extended);
-            let alarm = alarm.map_or_else(String::new, |id| format!(", alarm {id}"));
+            let alarms = outcome.effects.alarms.iter();
+            let alarm: String = alarms.map(|a| format!(", alarm {}", a.id)).collect();
             let (at, visit) = (at.to_rfc3339(), outcome.visit_id);
             let text = format!("{waypoint}: the visit of {at} is stored now: visit {visit}{alarm}");
             notes.push((Severity::Warning, text));

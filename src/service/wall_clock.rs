@@ -13,15 +13,18 @@ pub(super) struct WallClockMonitor {
 }
 
 impl WallClockMonitor {
-    pub(super) fn update(&mut self, monotonic: Duration, wall: Timestamp) {
+    /// Whether the wall clock was set since the last call.
+    pub(super) fn update(&mut self, monotonic: Duration, wall: Timestamp) -> bool {
         let stable = self.stable_since.is_some_and(|(then, wall_then)| {
             let wall_s = wall.duration_since(wall_then).as_secs_f64();
             let monotonic_s = monotonic.saturating_sub(then).as_secs_f64();
             (wall_s - monotonic_s).abs() < WALL_CLOCK_STEP.as_secs_f64()
         });
+        let was_set = !stable && self.stable_since.is_some();
         if !stable {
             self.stable_since = Some((monotonic, wall));
         }
+        was_set
     }
 
     pub(super) fn is_stable(&self, monotonic: Duration) -> bool {

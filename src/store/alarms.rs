@@ -1,5 +1,7 @@
 //! The alarm log: alarms are raised, extended, acknowledged, cleared and listed.
 
+pub(super) mod incidents;
+pub(super) mod health;
 mod answers;
 mod filter;
 
@@ -7,16 +9,50 @@ pub use filter::{AlarmFilter, FloorPlace, NearFilter, ThingFilter};
 
 use super::connection::{RecordTime, Store};
 use super::error::StoreError;
-use super::novelties::{novelties, to_sighting};
+use super::novelties::read_novelty;
 use super::time_range::is_clock_unset;
 use super::visit_log::ground_of;
-use crate::alarm::{AlarmAnswer, Incident};
+use crate::alarm::{AlarmAnswer, AlarmState};
 use answers::{insert_answer, newest_answer};
 use patrold_engine::report::NoveltyRecord;
-use rusqlite::{Connection, OptionalExtension, Transaction, params};
+use rusqlite::{Connection, OptionalExtension, params};
 use serde::Serialize;
 
-/// An alarm with its first visit.
+/// What one visit was to an alarm.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SightingRow {
+    /// Sequence number of the visit.
+    pub visit_id: i64,
+    /// When it was, RFC 3339.
+    pub at: String,
+    /// raised, seen, moved, changed, gone or back.
+    pub relation: String,
+    /// Distance of the thing from where it was, metres.
+    pub distance_m: Option<f64>,
+    /// The thing's own part of that visit's d_GMM.
+    pub contribution: Option<f64>,
+}
+
+/// The last visit that saw the thing of an alarm.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LastSighting {
+    /// Sequence number of the visit.
+    pub visit_id: i64,
+    /// When it was, RFC 3339.
+    pub at: String,
+    /// raised, seen, moved, changed or back.
+    pub relation: String,
+    /// Distance of the thing from where it was, metres.
+    pub distance_m: Option<f64>,
+    /// d_GMM of that visit.
+    pub d_gmm: Option<f64>,
+    /// Frame of the novelties: NAME/VERSION of the reference.
+    pub frame: String,
+    /// The thing as that visit saw it; several in alarms of earlier versions.
+    pub novelties: Vec<NoveltyRecord>,
+}
+
+/// An alarm: one thing, as the first and the last visit saw it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AlarmRow {
     /// Number of the alarm.
@@ -47,8 +83,17 @@ pub struct AlarmRow {
     pub visit_id: i64,
     /// Frame of the novelties: NAME/VERSION of the reference.
     pub frame: String,
-    /// Novelties of that visit.
+    /// The thing as that visit saw it; several in alarms of earlier versions.
     pub novelties: Vec<NoveltyRecord>,
+    /// Its own part of d_GMM when it was last seen.
+    pub score: Option<f64>,
+    /// The last visit that saw it.
+    pub last_sighting: Option<LastSighting>,
+    /// Since when no visit could see its place, RFC 3339; `None` where the last one could.
+    pub unobserved_since: Option<String>,
+    /// Every visit's part in it, the first first; in one alarm's details alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sightings: Option<Vec<SightingRow>>,
     /// When it was acknowledged, RFC 3339.
     pub acknowledged_at: Option<String>,
     /// Who acknowledged it.
@@ -65,7 +110,8 @@ pub struct AlarmRow {
 
 const SELECT: &str = "
     SELECT a.id, w.name, a.state, a.raised_at, a.last_seen_at, a.visits, a.boot_id, v.d_gmm, v.u_th, v.reason,
-           v.id, r.version, a.acknowledged_at, a.acknowledged_by, a.note, a.cleared_at, a.cleared_because, v.engine
+           v.id, r.version, a.acknowledged_at, a.acknowledged_by, a.note, a.cleared_at, a.cleared_because, v.engine,
+           coalesce(r.frame_version, r.version), a.unobserved_since
     FROM alarm a JOIN waypoint w ON w.id = a.waypoint_id
     JOIN visit v ON v.id = a.first_visit_id
     LEFT JOIN reference r ON r.id = v.reference_id";
@@ -87,7 +133,7 @@ impl Store {
     /// # Errors
     /// No such alarm.
     pub fn alarm(&self, id: i64) -> Result<AlarmRow, StoreError> {
-        self.query(|db| find_alarm(db, id))
+        self.query(|db| find_with_sightings(db, id))
     }
 
     /// Acknowledges an alarm. The first name stays; notes of later ones are appended with their names. A cleared alarm
@@ -105,23 +151,29 @@ impl Store {
         self.transaction_with_reserve(|change| {
             let before = find_alarm(change, id)?;
             let is_first = before.acknowledged_at.is_none();
+            // Open again since it was acknowledged: who does so now counts, who did is noted.
+            let again = !is_first && before.state == AlarmState::Open.as_str();
+            let earlier = before.acknowledged_at.zip(before.acknowledged_by);
+            let earlier = earlier
+                .filter(|_| again)
+                .map(|(at, by)| format!("acknowledged {at} by {by}, open again later"));
             let added = note.map(|text| {
-                if is_first {
+                if is_first || again {
                     text.to_owned()
                 } else {
                     format!("{by}: {text}")
                 }
             });
-            let notes: Vec<String> = before.note.into_iter().chain(added).collect();
+            let notes: Vec<String> = before.note.into_iter().chain(earlier).chain(added).collect();
             let note = (!notes.is_empty()).then(|| notes.join("\n"));
             change.execute(
                 "UPDATE alarm SET state = CASE state WHEN 'open' THEN 'acknowledged' ELSE state END,
-                                  acknowledged_at = coalesce(acknowledged_at, ?2),
-                                  acknowledged_by = coalesce(acknowledged_by, ?3), note = ?4
+                                  acknowledged_at = iif(?5, ?2, coalesce(acknowledged_at, ?2)),
+                                  acknowledged_by = iif(?5, ?3, coalesce(acknowledged_by, ?3)), note = ?4
                  WHERE id = ?1",
-                params![id, stamp.to_rfc3339(), by, note],
+                params![id, stamp.to_rfc3339(), by, note, again],
             )?;
-            find_alarm(change, id)
+            find_with_sightings(change, id)
         })
     }
 
@@ -147,22 +199,82 @@ impl Store {
 fn find_alarm(db: &Connection, id: i64) -> Result<AlarmRow, StoreError> {
     let mut query = db.prepare_cached(&format!("{SELECT} WHERE a.id = ?1"))?;
     let row = query.query_row([id], read_row).optional()?;
-    with_novelties(db, row.ok_or(StoreError::UnknownAlarm(id))?)
+    with_things(db, row.ok_or(StoreError::UnknownAlarm(id))?)
 }
 
-fn with_novelties(db: &Connection, mut alarm: AlarmRow) -> Result<AlarmRow, StoreError> {
-    alarm.novelties = novelties(db, "visit_id = ?1", alarm.visit_id)?;
-    alarm.answer = newest_answer(db, alarm.id)?;
+fn find_with_sightings(db: &Connection, id: i64) -> Result<AlarmRow, StoreError> {
+    let mut alarm = find_alarm(db, id)?;
+    alarm.sightings = Some(sighting_rows(db, id)?);
     Ok(alarm)
+}
+
+/// Adds the thing as its first and its last visit saw it.
+fn with_things(db: &Connection, mut alarm: AlarmRow) -> Result<AlarmRow, StoreError> {
+    alarm.novelties = things(db, alarm.id, alarm.visit_id)?;
+    alarm.answer = newest_answer(db, alarm.id)?;
+    let mut query = db.prepare_cached(
+        "SELECT v.id, v.at, s.relation, s.distance_m, v.d_gmm, w.name, coalesce(r.frame_version, r.version)
+             FROM sighting s JOIN visit v ON v.id = s.visit_id JOIN waypoint w ON w.id = v.waypoint_id
+             LEFT JOIN reference r ON r.id = v.reference_id
+             WHERE s.alarm_id = ?1 AND s.position IS NOT NULL ORDER BY s.id DESC LIMIT 1",
+    )?;
+    let last = query.query_row([alarm.id], |row| {
+        Ok(LastSighting {
+            visit_id: row.get(0)?,
+            at: row.get(1)?,
+            relation: row.get(2)?,
+            distance_m: row.get(3)?,
+            d_gmm: row.get(4)?,
+            frame: frame_name(&row.get::<_, String>(5)?, row.get(6)?),
+            novelties: Vec::new(),
+        })
+    });
+    if let Some(mut last) = last.optional()? {
+        last.novelties = things(db, alarm.id, last.visit_id)?;
+        let score: f64 = last.novelties.iter().map(|n| n.contribution).sum();
+        alarm.score = score.is_finite().then_some(score);
+        alarm.last_sighting = Some(last);
+    }
+    Ok(alarm)
+}
+
+/// The things of an alarm as one visit saw them.
+fn things(db: &Connection, alarm_id: i64, visit_id: i64) -> Result<Vec<NoveltyRecord>, StoreError> {
+    let mut query = db.prepare_cached(
+        "SELECT n.record, n.kind, n.x_m, n.y_m, n.z_m, n.points, n.mass, n.contribution
+         FROM sighting s JOIN novelty n ON n.visit_id = s.visit_id AND n.position = s.position
+         WHERE s.alarm_id = ?1 AND s.visit_id = ?2 ORDER BY n.position",
+    )?;
+    let rows = query.query_map([alarm_id, visit_id], read_novelty)?;
+    Ok(rows.collect::<Result<_, _>>()?)
+}
+
+fn sighting_rows(db: &Connection, alarm_id: i64) -> Result<Vec<SightingRow>, StoreError> {
+    let mut query = db.prepare(
+        "SELECT v.id, v.at, s.relation, s.distance_m, n.contribution
+         FROM sighting s JOIN visit v ON v.id = s.visit_id
+         LEFT JOIN novelty n ON n.visit_id = s.visit_id AND n.position = s.position
+         WHERE s.alarm_id = ?1 ORDER BY s.id",
+    )?;
+    let rows = query.query_map([alarm_id], |row| {
+        Ok(SightingRow {
+            visit_id: row.get(0)?,
+            at: row.get(1)?,
+            relation: row.get(2)?,
+            distance_m: row.get(3)?,
+            contribution: row.get(4)?,
+        })
+    })?;
+    Ok(rows.collect::<Result<_, _>>()?)
+}
+
+pub(super) fn frame_name(waypoint: &str, version: Option<i64>) -> String {
+    version.map_or_else(|| waypoint.to_owned(), |v| format!("{waypoint}/{v}"))
 }
 
 fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<AlarmRow> {
     let waypoint: String = row.get(1)?;
-    let version: Option<i64> = row.get(11)?;
-    let frame = match version {
-        Some(version) => format!("{waypoint}/{version}"),
-        None => waypoint.clone(),
-    };
+    let frame = frame_name(&waypoint, row.get(18)?);
     let [raised_at, last_seen_at]: [String; 2] = [row.get(3)?, row.get(4)?];
     Ok(AlarmRow {
         id: row.get(0)?,
@@ -180,6 +292,10 @@ fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<AlarmRow> {
         visit_id: row.get(10)?,
         frame,
         novelties: Vec::new(),
+        score: None,
+        last_sighting: None,
+        unobserved_since: row.get(19)?,
+        sightings: None,
         acknowledged_at: row.get(12)?,
         acknowledged_by: row.get(13)?,
         note: row.get(14)?,
@@ -187,83 +303,4 @@ fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<AlarmRow> {
         cleared_at: row.get(15)?,
         cleared_because: row.get(16)?,
     })
-}
-
-/// The alarms of a waypoint that are not cleared, with what their first and last visit saw.
-pub(super) fn standing(db: &Connection, waypoint_id: i64) -> Result<Vec<Incident>, StoreError> {
-    let mut query = db.prepare(
-        "SELECT id FROM alarm WHERE waypoint_id = ?1 AND state <> 'cleared' ORDER BY id",
-    )?;
-    let ids: Vec<i64> = query
-        .query_map([waypoint_id], |row| row.get(0))?
-        .collect::<Result<_, _>>()?;
-    let condition = "visit_id IN (SELECT first_visit_id FROM alarm WHERE id = ?1
-                 UNION SELECT last_visit_id FROM alarm WHERE id = ?1)";
-    let incident = |id: i64| {
-        let seen = novelties(db, condition, id)?;
-        let sightings = seen.iter().map(to_sighting).collect();
-        Ok(Incident { id, sightings })
-    };
-    ids.into_iter().map(incident).collect()
-}
-
-pub(super) fn raise(
-    change: &Transaction<'_>,
-    waypoint_id: i64,
-    visit_id: i64,
-    stamp: &RecordTime,
-) -> Result<i64, StoreError> {
-    change.execute(
-        "INSERT INTO alarm (waypoint_id, raised_at, boot_id, first_visit_id, last_visit_id, last_seen_at, state)
-         VALUES (?1, ?2, ?3, ?4, ?4, ?2, 'open')",
-        params![waypoint_id, stamp.to_rfc3339(), stamp.boot_id, visit_id],
-    )?;
-    let id = change.last_insert_rowid();
-    link_visit(change, id, visit_id)?;
-    Ok(id)
-}
-
-pub(super) fn extend(
-    change: &Transaction<'_>,
-    id: i64,
-    visit_id: i64,
-    stamp: &RecordTime,
-) -> Result<(), StoreError> {
-    change.execute(
-        "UPDATE alarm SET last_visit_id = ?2, last_seen_at = ?3, visits = visits + 1 WHERE id = ?1",
-        params![id, visit_id, stamp.to_rfc3339()],
-    )?;
-    link_visit(change, id, visit_id)
-}
-
-/// Makes a visit evidence of an alarm.
-fn link_visit(change: &Transaction<'_>, id: i64, visit_id: i64) -> Result<(), StoreError> {
-    change.execute(
-        "UPDATE visit SET alarm_id = ?2 WHERE id = ?1",
-        params![visit_id, id],
-    )?;
-    Ok(())
-}
-
-pub(super) fn clear(db: &Connection, id: i64, at: &str, because: &str) -> Result<(), StoreError> {
-    db.execute(
-        "UPDATE alarm SET state = 'cleared', cleared_at = ?2, cleared_because = ?3 WHERE id = ?1",
-        params![id, at, because],
-    )?;
-    Ok(())
-}
-
-/// Clears all alarms of a waypoint.
-pub(super) fn clear_all(
-    db: &Connection,
-    waypoint_id: i64,
-    at: &str,
-    because: &str,
-) -> Result<(), StoreError> {
-    db.execute(
-        "UPDATE alarm SET state = 'cleared', cleared_at = ?2, cleared_because = ?3
-         WHERE waypoint_id = ?1 AND state <> 'cleared'",
-        params![waypoint_id, at, because],
-    )?;
-    Ok(())
 }

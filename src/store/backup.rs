@@ -1,14 +1,18 @@
 //! Backup and restore: the database by SQLite's online backup, then the evidence files that the other side does not have,
 //! then the journal as far as that database knows it. Run again it continues.
 
+pub(super) mod replace_database;
+
+use super::backup::replace_database::{
+    aside, keep_as, put_in_place, remove_database, remove_log, rename,
+};
 use super::blob_files::BlobFiles;
 use super::check::StoreCheck;
 use super::connection::{RecordTime, Store, database_path};
 use super::disk::{Disk, SystemDisk};
 use super::error::StoreError;
-use super::journal_line::{JournalLine, read_lines};
-use super::journal_tables::journal_path;
-use super::replace_database::{aside, keep_as, put_in_place, remove_database, remove_log, rename};
+use super::journal::line::{JournalLine, read_lines};
+use super::journal::tables::journal_path;
 use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{Connection, OptionalExtension, ffi};
 use serde::Serialize;

@@ -2,7 +2,7 @@
 
 use super::connection::Store;
 use super::error::StoreError;
-use super::journal_line::{JournalLine, read_lines};
+use super::journal::line::{JournalLine, read_lines};
 use serde::Serialize;
 use std::fs::File;
 use std::io::{self, BufReader};

@@ -3,8 +3,8 @@
 use super::blob_files::BlobFiles;
 use super::disk::{Disk, SystemDisk, TransactionStep};
 use super::error::StoreError;
-use super::journal_position::note_journal_ahead;
-use super::journal_tables::{journal_path, watch_tables};
+use super::journal::position::note_journal_ahead;
+use super::journal::tables::{journal_path, watch_tables};
 use super::reserve::{RESERVE_BYTES, Reserve};
 use rusqlite::{Connection, ErrorCode, OpenFlags, Transaction, TransactionBehavior, ffi};
 use rusqlite_migration::{M, MigrationDefinitionError, Migrations};
@@ -332,6 +332,7 @@ const MIGRATIONS: &[M<'static>] = &[
     M::up(include_str!("../../migrations/0001_patrol.sql")),
     M::up(include_str!("../../migrations/0002_reference_mixture.sql")),
     M::up(include_str!("../../migrations/0003_evidence.sql")),
+    M::up(include_str!("../../migrations/0004_sighting.sql")),
     M::up(include_str!("../../migrations/0005_log_queries.sql")),
 ];
 

@@ -101,6 +101,30 @@ pub enum StoreError {
         /// Its name.
         name: String,
     },
+    /// Alarms stand at the waypoint, and a new reference would make what they show normal.
+    #[error("{name}: {} not cleared; once {} over teach it again, or make what they show normal: --accept {}", listed(.ids), if .ids.len() == 1 { "it is" } else { "they are" }, joined(.ids, " --accept "))]
+    StandingAlarms {
+        /// The waypoint.
+        name: String,
+        /// Those that were not accepted.
+        ids: Vec<i64>,
+    },
+    /// An alarm that cannot be accepted.
+    #[error("alarm {id} cannot be accepted: {why}")]
+    NotAcceptable {
+        /// Number of the alarm.
+        id: i64,
+        /// Why, and what to do.
+        why: String,
+    },
+    /// A new name that is nearly a known one.
+    #[error("no waypoint {name:?}, but {like:?}; for a new one give --new")]
+    NameLike {
+        /// The new name.
+        name: String,
+        /// The known one.
+        like: String,
+    },
     /// No alarm with that number.
     #[error("no alarm {0}; `patrold alarms list` lists them")]
     UnknownAlarm(i64),
@@ -154,6 +178,18 @@ pub enum StoreError {
         /// JSON error.
         source: serde_json::Error,
     },
+}
+
+fn joined(ids: &[i64], between: &str) -> String {
+    let ids: Vec<String> = ids.iter().map(ToString::to_string).collect();
+    ids.join(between)
+}
+
+fn listed(ids: &[i64]) -> String {
+    match ids {
+        [id] => format!("alarm {id} is"),
+        ids => format!("alarms {} are", joined(ids, ", ")),
+    }
 }
 
 impl From<rusqlite::Error> for StoreError {

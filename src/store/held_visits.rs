@@ -4,7 +4,7 @@ use super::connection::RecordTime;
 use super::sweeps::SweepRecord;
 use super::visits::NewVisit;
 use patrold_engine::geometry::View;
-use patrold_engine::novelty::Verdict;
+use patrold_engine::novelty::{PlaceView, Verdict};
 use patrold_engine::report::NoveltyRecord;
 use std::collections::VecDeque;
 
@@ -30,6 +30,7 @@ pub(super) struct HeldVisit {
     engine: String,
     report: String,
     novelties: Vec<NoveltyRecord>,
+    places: Vec<(i64, PlaceView)>,
     same_place_m: f64,
 }
 
@@ -67,6 +68,7 @@ impl HeldVisit {
             engine: &self.engine,
             report: &self.report,
             novelties: &self.novelties,
+            places: &self.places,
             same_place_m: self.same_place_m,
         }
     }
@@ -107,6 +109,7 @@ impl HeldVisits {
             engine: visit.engine.to_owned(),
             report: visit.report.to_owned(),
             novelties: visit.novelties.to_vec(),
+            places: visit.places.to_vec(),
             same_place_m: visit.same_place_m,
         });
         while self.visits.len() > MAX_HELD {
@@ -186,6 +189,7 @@ mod tests {
             engine: "{}",
             report: "{}",
             novelties: &[],
+            places: &[],
             same_place_m: 0.5,
         };
         held.push(&visit, &stamp)

@@ -4,9 +4,13 @@
 //! Triggers write down which rows changed, in the transaction that changes them, whoever runs it; so a line that could not be
 //! appended is appended later. A row may be there several times; the last one counts.
 
+pub(super) mod tables;
+pub(super) mod position;
+pub(super) mod line;
+
 use super::connection::Store;
 use super::error::StoreError;
-use super::journal_line::{JournalLine, row_values};
+use super::journal::line::{JournalLine, row_values};
 use rusqlite::{OptionalExtension, Transaction};
 use std::collections::BTreeSet;
 use std::fs::File;

@@ -2,9 +2,6 @@
 //! novelty cannot be read, its columns are used.
 
 use super::error::StoreError;
-use crate::alarm::Sighting;
-use nalgebra::Point3;
-use patrold_engine::novelty::NoveltyKind;
 use patrold_engine::report::{MethodsRecord, NoveltyRecord};
 use rusqlite::{Connection, Row, Transaction, params};
 
@@ -60,21 +57,23 @@ pub(super) fn insert_novelties(
     Ok(())
 }
 
-/// The novelties of the visits that the SQL `condition` on `?1` (= `id`) selects, by visit and position.
-pub(super) fn novelties(
+/// The novelties of a visit, by position.
+pub(super) fn novelties_of_visit(
     db: &Connection,
-    condition: &str,
-    id: i64,
+    visit_id: i64,
 ) -> Result<Vec<NoveltyRecord>, StoreError> {
-    let mut query = db.prepare_cached(&format!(
+    let mut query = db.prepare_cached(
         "SELECT record, kind, x_m, y_m, z_m, points, mass, contribution
-         FROM novelty WHERE {condition} ORDER BY visit_id, position"
-    ))?;
-    let rows = query.query_map([id], |row| {
-        let record: String = row.get(0)?;
-        serde_json::from_str(&record).or_else(|_| from_columns(row))
-    })?;
+         FROM novelty WHERE visit_id = ?1 ORDER BY position",
+    )?;
+    let rows = query.query_map([visit_id], read_novelty)?;
     Ok(rows.collect::<Result<_, _>>()?)
+}
+
+/// From the columns record, kind, x_m, y_m, z_m, points, mass, contribution, in this order.
+pub(super) fn read_novelty(row: &Row<'_>) -> rusqlite::Result<NoveltyRecord> {
+    let record: String = row.get(0)?;
+    serde_json::from_str(&record).or_else(|_| from_columns(row))
 }
 
 fn from_columns(row: &Row<'_>) -> rusqlite::Result<NoveltyRecord> {
@@ -85,6 +84,7 @@ fn from_columns(row: &Row<'_>) -> rusqlite::Result<NoveltyRecord> {
         moved_from: None,
         centre: [figure(2)?, figure(3)?, figure(4)?],
         covariance: [[f64::NAN; 3]; 3],
+        pose_sd: None,
         extent: [f64::NAN; 3],
         points: row.get::<_, i64>(5)?.try_into().unwrap_or_default(),
         mass: figure(6)?,
@@ -96,14 +96,4 @@ fn from_columns(row: &Row<'_>) -> rusqlite::Result<NoveltyRecord> {
         shapes: MethodsRecord::default(),
         parts: Vec::new(),
     })
-}
-
-pub(super) fn to_sighting(novelty: &NoveltyRecord) -> Sighting {
-    let kind = if novelty.kind == "disappeared" {
-        NoveltyKind::Disappeared
-    } else {
-        NoveltyKind::Appeared
-    };
-    let centre = Point3::from(novelty.centre);
-    Sighting { kind, centre }
 }

@@ -89,11 +89,17 @@ fn each_alarm(
 ) -> Result<(), StoreError> {
     let mut conditions = Conditions::default();
     let mut of_alarm = Conditions::default();
-    of_alarm.require("v.alarm_id = a.id AND v.d_gmm IS NOT NULL", []);
+    of_alarm.require(
+        "g.alarm_id = a.id AND g.position IS NOT NULL AND v.d_gmm IS NOT NULL",
+        [],
+    );
     require_ground(&mut of_alarm, ground);
     conditions.require("a.waypoint_id = ?", [Value::from(waypoint_id)]);
     conditions.require_range("a.raised_at", range);
-    let greatest = format!("(SELECT max(v.d_gmm) FROM visit v {})", of_alarm.to_where());
+    let greatest = format!(
+        "(SELECT max(v.d_gmm) FROM sighting g JOIN visit v ON v.id = g.visit_id {})",
+        of_alarm.to_where()
+    );
     conditions.require(
         format!("{greatest} IS NOT NULL"),
         of_alarm.values().to_vec(),

@@ -1,12 +1,12 @@
 //! Rebuilds the database from the journal and the evidence files. The old database is kept under another name.
 
+use super::backup::replace_database::{put_in_place, remove_database};
 use super::connection::{RecordTime, Store, database_path, open_database, write_back};
 use super::disk::{Disk, SystemDisk};
 use super::error::StoreError;
-use super::journal_line::{JournalLine, read_lines};
-use super::journal_position::set_last_number;
-use super::journal_tables::{journal_path, journaled_tables, watch_tables_from_now_on};
-use super::replace_database::{put_in_place, remove_database};
+use super::journal::line::{JournalLine, read_lines};
+use super::journal::position::set_last_number;
+use super::journal::tables::{journal_path, journaled_tables, watch_tables_from_now_on};
 use rusqlite::{Connection, params_from_iter};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,18 +1,26 @@
 //! References of waypoints. Each `teach` adds a version; the newest is in use, older ones are kept.
 
-use super::alarms::clear_all;
+pub(super) mod stored_mixture;
+pub(super) mod ready_reference;
+pub(super) mod new_mixture;
+
+use super::alarms::incidents::{clear_alarms, standing_alarms};
 use super::checksum::sha256_hex;
 use super::connection::{RecordTime, Store};
 use super::error::StoreError;
 use super::lookup::{find_waypoint_id, newest_reference_id, waypoint_id};
-use super::stored_mixture::StoredMixture;
+use super::references::stored_mixture::StoredMixture;
 use super::sweeps::{SweepFiles, SweepRecord, insert_sweep};
+use crate::config::edit_distance;
 use nalgebra::Point3;
 use patrold_engine::blob::{decode_view, encode_mixture};
 use patrold_engine::geometry::View;
 use patrold_engine::novelty::ReferenceMixture;
 use rusqlite::{Connection, OptionalExtension, Row, Transaction, params};
 use serde::Serialize;
+
+/// A new name this near to a known one may be a slip of the pen: letters to insert, delete or replace.
+const MAX_NAME_EDITS: usize = 2;
 
 /// A reference to be stored.
 #[derive(Debug)]
@@ -29,6 +37,19 @@ pub struct NewReference<'a> {
     pub engine: &'a str,
     /// Seed of the engine's random numbers.
     pub seed: u64,
+    /// Standing alarms of the waypoint whose things are normal in it.
+    pub accepted: &'a [i64],
+    /// Whose frame it is in.
+    pub frame: ReferenceFrame,
+}
+
+/// Frame of a reference's positions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReferenceFrame {
+    /// Its own: the robot stood elsewhere than before. No alarm may stand beside those that are accepted.
+    Own,
+    /// That of this version. The other alarms stand on.
+    Version(i64),
 }
 
 /// One version of a waypoint's reference.
@@ -42,6 +63,8 @@ pub struct ReferenceRow {
     pub points: i64,
     /// Components of its mixture.
     pub components: i64,
+    /// The version whose frame its positions are in: its own, or the one that it was accepted or restored from.
+    pub frame_version: i64,
 }
 
 /// A reference as stored.
@@ -59,6 +82,8 @@ pub struct StoredReference {
     pub checksum: Option<String>,
     /// Components of the mixture, as the row has them.
     pub components: usize,
+    /// The version whose frame it is in.
+    pub frame_version: i64,
     /// Whether it is the newest of a waypoint that is not forgotten.
     pub in_use: bool,
     /// Engine settings of the mixture, as JSON.
@@ -68,11 +93,12 @@ pub struct StoredReference {
 }
 
 impl Store {
-    /// Stores a reference as the waypoint's new version and clears the waypoint's alarms, which compare with the old one.
+    /// Stores a reference as the waypoint's new version and clears the accepted alarms, whose things are normal in it.
     /// Returns the version.
     ///
     /// # Errors
-    /// The sweep has no view, or the disk or the database fails; nothing is changed then.
+    /// Alarms stand that are not accepted, the sweep has no view, or the disk or the database fails; nothing is changed
+    /// then.
     pub fn teach(&mut self, new: &NewReference<'_>, stamp: &RecordTime) -> Result<i64, StoreError> {
         if new.sweep.view.is_none() {
             return Err(StoreError::NotKept {
@@ -89,6 +115,70 @@ impl Store {
         self.check_space(files.bytes())?;
         files.write(&self.files)?;
         self.transaction(|change| insert_reference(change, new, &files, stamp))
+    }
+
+    /// Whether a reference of this name may be taken, before anyone sweeps for it.
+    ///
+    /// # Errors
+    /// Alarms stand that are not among `accepted`, or `accepted` has one that does not stand there; a new name that is within
+    /// two letters of a known one, unless `new_name`.
+    pub fn check_teach(
+        &self,
+        waypoint: &str,
+        accepted: &[i64],
+        new_name: bool,
+    ) -> Result<(), StoreError> {
+        self.query(|db| match find_waypoint_id(db, waypoint)? {
+            Some(id) => check_accepted(db, id, waypoint, accepted, ReferenceFrame::Own),
+            None if new_name => Ok(()),
+            None => {
+                let mut query = db.prepare(
+                    "SELECT name FROM waypoint WHERE forgotten_at IS NULL ORDER BY name",
+                )?;
+                let names: Vec<String> = query
+                    .query_map([], |row| row.get(0))?
+                    .collect::<Result<_, _>>()?;
+                let nearly = |known: &&String| edit_distance(known, waypoint) <= MAX_NAME_EDITS;
+                match names.iter().find(nearly) {
+                    None => Ok(()),
+                    Some(like) => Err(StoreError::NameLike {
+                        name: waypoint.to_owned(),
+                        like: like.clone(),
+                    }),
+                }
+            }
+        })
+    }
+
+    /// Makes an older version of a waypoint's reference its newest: the same view and mixture, in the same frame. Returns the
+    /// new version.
+    ///
+    /// # Errors
+    /// No such version, its view was deleted, or alarms stand that are not accepted.
+    pub fn restore_reference(
+        &mut self,
+        waypoint: &str,
+        version: i64,
+        accepted: &[i64],
+        stamp: &RecordTime,
+    ) -> Result<i64, StoreError> {
+        // Its view is whole, or an error says what is missing.
+        let stored = self.reference_version(waypoint, version)?;
+        self.transaction(|change| {
+            let id = waypoint_id(change, waypoint)?;
+            check_accepted(change, id, waypoint, accepted, ReferenceFrame::Own)?;
+            let next = next_version(change, waypoint)?;
+            change.execute(
+                "INSERT INTO reference (waypoint_id, version, sweep_id, taken_at, boot_id, components, seed, engine, mixture,
+                                        mixture_sha256, model, frame_version)
+                 SELECT ?2, ?3, sweep_id, taken_at, ?4, components, seed, engine, mixture, mixture_sha256, model, ?5
+                 FROM reference WHERE id = ?1",
+                params![stored.id, id, next, stamp.boot_id, stored.frame_version],
+            )?;
+            let because = format!("reference {waypoint}/{version} restored");
+            clear_alarms(change, accepted, &stamp.to_rfc3339(), &because)?;
+            Ok(next)
+        })
     }
 
     /// The reference in use at a waypoint.
@@ -146,7 +236,8 @@ impl Store {
             let row = db.query_row(
                 "SELECT r.version, r.mixture, r.mixture_sha256, r.model, r.components, r.engine, r.seed, s.view_file,
                         w.forgotten_at IS NULL
-                        AND r.version = (SELECT max(version) FROM reference WHERE waypoint_id = w.id)
+                        AND r.version = (SELECT max(version) FROM reference WHERE waypoint_id = w.id),
+                        coalesce(r.frame_version, r.version)
                  FROM reference r JOIN sweep s ON s.id = r.sweep_id JOIN waypoint w ON w.id = r.waypoint_id
                  WHERE r.id = ?1",
                 [id],
@@ -179,6 +270,7 @@ fn read_stored(row: &Row<'_>) -> rusqlite::Result<(StoredReference, Option<Strin
         checksum,
         components: row.get::<_, i64>(4)?.max(0) as usize,
         in_use: row.get(8)?,
+        frame_version: row.get(9)?,
         engine: row.get(5)?,
         seed: row.get::<_, i64>(6)? as u64,
     };
@@ -202,19 +294,18 @@ fn insert_reference(
             change.last_insert_rowid()
         }
     };
+    check_accepted(change, waypoint, new.waypoint, new.accepted, new.frame)?;
     let sweep = insert_sweep(change, waypoint, &new.sweep, files, "stored", stamp)?;
-    // Versions continue after those of a forgotten waypoint of the same name: the frame NAME/VERSION stays unique.
-    let version: i64 = change.query_row(
-        "SELECT coalesce(max(version), 0) + 1 FROM reference r JOIN waypoint w ON w.id = r.waypoint_id
-         WHERE w.name = ?1",
-        [new.waypoint],
-        |row| row.get(0),
-    )?;
+    let version = next_version(change, new.waypoint)?;
+    let frame_version = match new.frame {
+        ReferenceFrame::Own => None,
+        ReferenceFrame::Version(version) => Some(version),
+    };
     let bytes = encode_mixture(new.mixture);
     change.execute(
         "INSERT INTO reference (waypoint_id, version, sweep_id, taken_at, boot_id, components, seed, engine, mixture,
-                                mixture_sha256, model)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
+                                mixture_sha256, model, frame_version)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)",
         params![
             waypoint,
             version,
@@ -226,11 +317,47 @@ fn insert_reference(
             new.engine,
             bytes,
             sha256_hex(&bytes),
-            new.model
+            new.model,
+            frame_version
         ],
     )?;
-    clear_all(change, waypoint, &at, "reference taught anew")?;
+    let because = format!("accepted with reference {}/{version}", new.waypoint);
+    clear_alarms(change, new.accepted, &at, &because)?;
     Ok(version)
+}
+
+/// Versions continue after those of a forgotten waypoint of the same name: the frame NAME/VERSION stays unique.
+fn next_version(db: &Connection, waypoint: &str) -> rusqlite::Result<i64> {
+    db.query_row(
+        "SELECT coalesce(max(version), 0) + 1 FROM reference r JOIN waypoint w ON w.id = r.waypoint_id
+         WHERE w.name = ?1",
+        [waypoint],
+        |row| row.get(0),
+    )
+}
+
+/// Refuses to accept what does not stand at the waypoint, and, in a new frame, to leave what does.
+fn check_accepted(
+    db: &Connection,
+    waypoint_id: i64,
+    waypoint: &str,
+    accepted: &[i64],
+    frame: ReferenceFrame,
+) -> Result<(), StoreError> {
+    let standing = standing_alarms(db, waypoint_id)?;
+    if let Some(id) = accepted.iter().find(|id| !standing.contains(id)) {
+        return Err(StoreError::NotAcceptable {
+            id: *id,
+            why: format!("it does not stand at {waypoint}; `patrold alarms list` shows what does"),
+        });
+    }
+    let left = standing.into_iter().filter(|id| !accepted.contains(id));
+    let ids: Vec<i64> = left.collect();
+    if frame == ReferenceFrame::Own && !ids.is_empty() {
+        let name = waypoint.to_owned();
+        return Err(StoreError::StandingAlarms { name, ids });
+    }
+    Ok(())
 }
 
 /// Every version of a waypoint's reference, newest first.
@@ -239,7 +366,7 @@ pub(super) fn reference_rows(
     waypoint_id: i64,
 ) -> Result<Vec<ReferenceRow>, StoreError> {
     let mut query = db.prepare(
-        "SELECT r.version, r.taken_at, s.points, r.components
+        "SELECT r.version, r.taken_at, s.points, r.components, coalesce(r.frame_version, r.version)
          FROM reference r JOIN sweep s ON s.id = r.sweep_id
          WHERE r.waypoint_id = ?1 ORDER BY r.version DESC",
     )?;
@@ -249,6 +376,7 @@ pub(super) fn reference_rows(
             taken_at: row.get(1)?,
             points: row.get(2)?,
             components: row.get(3)?,
+            frame_version: row.get(4)?,
         })
     })?;
     Ok(rows.collect::<Result<_, _>>()?)

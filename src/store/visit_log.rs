@@ -4,8 +4,8 @@ use super::connection::Store;
 use super::error::StoreError;
 use super::lookup::{check_in_log, waypoint_ids_in_log};
 use super::newest::{Conditions, newest_ids};
-use super::novelties::novelties;
-use super::stored_mixture::StoredMixture;
+use super::novelties::novelties_of_visit;
+use super::references::stored_mixture::StoredMixture;
 use super::time_range::{TimeRange, is_clock_unset};
 use patrold_engine::novelty::{ReferenceMixture, Verdict};
 use patrold_engine::report::NoveltyRecord;
@@ -74,7 +74,7 @@ pub struct VisitDetail {
 }
 
 const SELECT: &str = "
-    SELECT v.id, v.at, w.name, v.verdict, v.reason, v.d_gmm, v.u_th, v.engine, r.version, v.alarm_id,
+    SELECT v.id, v.at, w.name, v.verdict, v.reason, v.d_gmm, v.u_th, v.engine, r.version, coalesce(r.frame_version, r.version),
            v.boot_id, v.seed, s.points, s.view_file IS NOT NULL OR s.raw_file IS NOT NULL
     FROM visit v JOIN waypoint w ON w.id = v.waypoint_id
     LEFT JOIN reference r ON r.id = v.reference_id
@@ -96,8 +96,13 @@ impl Store {
                 filter.limit,
             )?;
             let mut query = db.prepare_cached(SELECT)?;
-            let rows = ids.iter().map(|id| query.query_row([id], read_row));
-            Ok(rows.collect::<Result<_, _>>()?)
+            let mut visits = Vec::new();
+            for id in ids {
+                let mut visit = query.query_row([id], read_row)?;
+                visit.alarms = alarms_of_visit(db, id)?;
+                visits.push(visit);
+            }
+            Ok(visits)
         })
     }
 
@@ -150,7 +155,7 @@ impl Store {
         self.query(|db| {
             let found = db.query_row(SELECT, [id], |row| {
                 let (row, columns) = (read_row(row)?, row);
-                let frame = frame(&row.waypoint, row.reference_version);
+                let frame = frame(&row.waypoint, columns.get(9)?);
                 Ok(VisitDetail {
                     boot_id: columns.get(10)?,
                     seed: columns.get::<_, i64>(11)? as u64,
@@ -162,7 +167,8 @@ impl Store {
                 })
             });
             let mut visit = found.optional()?.ok_or(StoreError::UnknownVisit(id))?;
-            visit.novelties = novelties(db, "visit_id = ?1", id)?;
+            visit.novelties = novelties_of_visit(db, id)?;
+            visit.row.alarms = alarms_of_visit(db, id)?;
             Ok(visit)
         })
     }
@@ -229,6 +235,15 @@ fn branches(db: &Connection, filter: &VisitFilter) -> Result<Vec<Conditions>, St
         .collect())
 }
 
+/// The alarms whose thing a visit saw.
+fn alarms_of_visit(db: &Connection, id: i64) -> Result<Vec<i64>, StoreError> {
+    let mut query = db.prepare_cached(
+        "SELECT DISTINCT alarm_id FROM sighting WHERE visit_id = ?1 AND position IS NOT NULL ORDER BY alarm_id",
+    )?;
+    let ids = query.query_map([id], |row| row.get(0))?;
+    Ok(ids.collect::<Result<_, _>>()?)
+}
+
 fn frame(waypoint: &str, version: Option<i64>) -> String {
     version.map_or_else(
         || waypoint.to_owned(),
@@ -250,7 +265,7 @@ fn read_row(row: &Row<'_>) -> rusqlite::Result<VisitRow> {
         u_th: row.get(6)?,
         ground: ground_of(&engine),
         reference_version: row.get(8)?,
-        alarms: row.get::<_, Option<i64>>(9)?.into_iter().collect(),
+        alarms: Vec::new(),
     })
 }
 

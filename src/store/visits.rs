@@ -1,16 +1,16 @@
 //! Visits: verdict, novelties and alarms in one transaction, which is on disk before the client gets its reply. The files of
 //! the sweep are written after it; its row says whether they are there.
 
-use super::alarms;
+use super::alarms::incidents::{AlarmEffects, apply_decisions};
 use super::connection::{RecordTime, Store};
 use super::error::StoreError;
 use super::lookup::{newest_reference_id, waypoint_id};
-use super::novelties::{finite_or_null, insert_novelties, to_sighting};
+use super::novelties::{finite_or_null, insert_novelties};
 use super::sweeps::{SweepFiles, SweepRecord, insert_sweep};
-use crate::alarm::{AlarmDecision, Sighting, decide};
+use crate::alarm::{Sighting, VisitFacts};
 use patrold_engine::blob::decode_view;
 use patrold_engine::geometry::View;
-use patrold_engine::novelty::Verdict;
+use patrold_engine::novelty::{PlaceView, Verdict};
 use patrold_engine::report::NoveltyRecord;
 use rusqlite::{OptionalExtension, Row, Transaction, params};
 
@@ -39,7 +39,9 @@ pub struct NewVisit<'a> {
     pub report: &'a str,
     /// Novelties in the waypoint's reference frame.
     pub novelties: &'a [NoveltyRecord],
-    /// Distance within which a change belongs to a standing alarm, metres.
+    /// How the visit saw the places of the waypoint's incidents, by number.
+    pub places: &'a [(i64, PlaceView)],
+    /// A thing that is further from where it was has moved, metres.
     pub same_place_m: f64,
 }
 
@@ -48,12 +50,8 @@ pub struct NewVisit<'a> {
 pub struct VisitOutcome {
     /// Sequence number of the visit.
     pub visit_id: i64,
-    /// Alarm raised.
-    pub raised: Option<i64>,
-    /// Standing alarm that the visit was added to.
-    pub extended: Option<i64>,
-    /// Alarms cleared.
-    pub cleared: Vec<i64>,
+    /// What it did to the alarms.
+    pub effects: AlarmEffects,
     /// The reference was replaced or forgotten while the comparison ran: the visit is stored and changes no alarm.
     pub outdated: bool,
     /// Sequence number of its sweep.
@@ -249,43 +247,20 @@ fn insert_rows(
     insert_novelties(change, visit_id, visit.novelties)?;
     let mut outcome = VisitOutcome {
         visit_id,
-        raised: None,
-        extended: None,
-        cleared: Vec::new(),
+        effects: AlarmEffects::default(),
         outdated,
         sweep_id,
         evidence_missing: None,
     };
     if !outdated {
-        apply_decisions(change, waypoint, visit, stamp, &mut outcome)?;
+        let seen: Vec<Sighting> = visit.novelties.iter().map(Sighting::new).collect();
+        let facts = VisitFacts {
+            verdict: visit.verdict,
+            seen: &seen,
+            places: visit.places,
+            same_place_m: visit.same_place_m,
+        };
+        outcome.effects = apply_decisions(change, waypoint, visit_id, &facts, stamp)?;
     }
     Ok(outcome)
-}
-
-fn apply_decisions(
-    change: &Transaction<'_>,
-    waypoint_id: i64,
-    visit: &NewVisit<'_>,
-    stamp: &RecordTime,
-    outcome: &mut VisitOutcome,
-) -> Result<(), StoreError> {
-    let visit_id = outcome.visit_id;
-    let seen: Vec<Sighting> = visit.novelties.iter().map(to_sighting).collect();
-    let standing = alarms::standing(change, waypoint_id)?;
-    for decision in decide(visit.verdict, &seen, &standing, visit.same_place_m) {
-        match decision {
-            AlarmDecision::Raise => {
-                outcome.raised = Some(alarms::raise(change, waypoint_id, visit_id, stamp)?);
-            }
-            AlarmDecision::Extend(id) => {
-                alarms::extend(change, id, visit_id, stamp)?;
-                outcome.extended = Some(id);
-            }
-            AlarmDecision::Clear(id) => {
-                alarms::clear(change, id, &stamp.to_rfc3339(), "seen without the change")?;
-                outcome.cleared.push(id);
-            }
-        }
-    }
-    Ok(())
 }

@@ -1,6 +1,6 @@
 //! Waypoints: listing and forgetting.
 
-use super::alarms::clear_all;
+use super::alarms::incidents::clear_all;
 use super::connection::{RecordTime, Store};
 use super::error::StoreError;
 use super::lookup::waypoint_id;

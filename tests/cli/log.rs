@@ -3,10 +3,10 @@
 use crate::harness::program::{CommandOutput, patrold};
 use crate::harness::schema;
 use nalgebra::{Matrix3, Point3};
-use patrold::store::{NewReference, NewVisit, RecordTime, Store, SweepRecord};
+use patrold::store::{NewReference, NewVisit, RecordTime, ReferenceFrame, Store, SweepRecord};
 use patrold_engine::geometry::View;
 use patrold_engine::mixture::{Gaussian, Mixture};
-use patrold_engine::novelty::{ComponentBeams, ReferenceMixture, Verdict};
+use patrold_engine::novelty::{ComponentBeams, PlaceView, ReferenceMixture, Verdict};
 use patrold_engine::report::{MethodsRecord, NoveltyRecord, ShapeRecord};
 use std::fs;
 use std::path::Path;
@@ -58,7 +58,8 @@ pub(crate) fn novelty(x: f64) -> NoveltyRecord {
         kind: "appeared".to_owned(),
         moved_from: None,
         centre: [x, 0.0, 0.0],
-        covariance: unit,
+        covariance: unit.map(|row| row.map(|x| 0.01 * x)),
+        pose_sd: None,
         extent: [0.3; 3],
         points: 120,
         mass: 0.01,
@@ -89,6 +90,8 @@ pub(crate) fn teach(store: &mut Store, waypoint: &str, second: i64) {
         model: "{}",
         engine: "{}",
         seed: 7,
+        accepted: &[],
+        frame: ReferenceFrame::Own,
     };
     store.teach(&new, &record_time(second)).expect("taught");
 }
@@ -112,6 +115,11 @@ pub(crate) fn visit_at(
 ) {
     let second = stamp.at.as_second() as f64;
     let view = View::from_points(vec![Point3::new(9.0, 2.0, second)], Point3::origin());
+    // A quiet visit saw every place as it was taught, a changed one none of them.
+    let places: Vec<(i64, PlaceView)> = match verdict {
+        Verdict::Quiet => (1..=9).map(|id| (id, PlaceView::AsTaught)).collect(),
+        _ => Vec::new(),
+    };
     let visit = NewVisit {
         waypoint,
         reference_id: Some(store.reference(waypoint).expect("reference").id),
@@ -128,12 +136,13 @@ pub(crate) fn visit_at(
         engine: r#"{"ground": "w2"}"#,
         report: "{}",
         novelties: seen,
+        places: &places,
         same_place_m: 0.5,
     };
     store.record_visit(&visit, stamp).expect("recorded");
 }
 
-/// Alarms 1 (dock, cleared), 2 (hall, acknowledged) and 3 (hall, open, two novelties), raised an hour apart.
+/// Alarms 1 (dock, cleared), 2 (hall, acknowledged), 3 and 4 (hall, open, of one visit), raised an hour apart.
 pub(crate) fn store_folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(&dir.path().join("store")).expect("store");

@@ -11,9 +11,9 @@ use std::fs;
 fn every_filter_selects_its_alarms() {
     let dir = store_folder();
     for (filter, expected) in [
-        (&[][..], &[3, 2, 1][..]),
-        (&["--since", "2027-01-15T09:30:00Z"], &[3, 2]),
-        (&["--since", "2027-01-15T11:00:00+01:00"], &[3, 2]),
+        (&[][..], &[4, 3, 2, 1][..]),
+        (&["--since", "2027-01-15T09:30:00Z"], &[4, 3, 2]),
+        (&["--since", "2027-01-15T11:00:00+01:00"], &[4, 3, 2]),
         (&["--until", "2027-01-15T10:00:00Z"], &[2, 1]),
         (&["--until", "2027-01-15"], &[]),
         (
@@ -25,11 +25,11 @@ fn every_filter_selects_its_alarms() {
             ],
             &[2],
         ),
-        (&["--waypoint", "hall"], &[3, 2]),
-        (&["--state", "open"], &[3]),
+        (&["--waypoint", "hall"], &[4, 3, 2]),
+        (&["--state", "open"], &[4, 3]),
         (&["--state", "acknowledged"], &[2]),
         (&["--state", "cleared"], &[1]),
-        (&["--limit", "1"], &[3]),
+        (&["--limit", "1"], &[4]),
         (&["--limit", "0"], &[]),
         (
             &[
@@ -111,7 +111,7 @@ fn alarms_are_exported_as_json_lines_and_csv() {
     let dir = store_folder();
     let ran = run(dir.path(), &["alarms", "export"]);
     let lines = ran.json_lines();
-    assert_eq!(lines.len(), 3);
+    assert_eq!(lines.len(), 4);
     lines.iter().for_each(|line| schema::check("alarm", line));
 
     let csv = run(dir.path(), &["alarms", "export", "--format", "csv"]).out;
@@ -155,7 +155,7 @@ fn options_may_stand_before_and_after_the_action() {
             "alarms", "--config", "c.toml", "--json", "--state", "open", "list",
         ],
     );
-    assert_eq!(ids(&before), [3]);
+    assert_eq!(ids(&before), [4, 3]);
     let both = run(
         dir.path(),
         &[
@@ -168,12 +168,12 @@ fn options_may_stand_before_and_after_the_action() {
             "--json",
         ],
     );
-    assert_eq!(ids(&both), [3]);
+    assert_eq!(ids(&both), [4, 3]);
     let exported = patrold(
         dir.path(),
         &["alarms", "--config", "c.toml", "--limit", "1", "export"],
     );
-    assert_eq!(exported.json()["id"], 3);
+    assert_eq!(exported.json()["id"], 4);
     for contradictory in [
         &["alarms", "--limit", "1", "show", "3"][..],
         &["alarms", "export", "--json", "--format", "csv"],

@@ -25,10 +25,20 @@ fn waypoints_are_listed_shown_and_forgotten() {
     schema::check("waypoint", &shown);
     assert_eq!(
         (&shown["standing_alarms"], &shown["last_verdict"]),
-        (&json!(2), &json!("changed"))
+        (&json!(3), &json!("changed"))
     );
 
-    let gone = run(dir.path(), &["waypoints", "forget", "hall", "--json"]);
+    let asked = run(dir.path(), &["waypoints", "forget", "hall"]);
+    assert_eq!(asked.code, 2, "{asked:?}");
+    assert!(
+        asked.err.contains("3 standing alarm(s)") && asked.err.contains("--yes"),
+        "{}",
+        asked.err
+    );
+    let gone = run(
+        dir.path(),
+        &["waypoints", "forget", "hall", "--yes", "--json"],
+    );
     assert_eq!(gone.code, 0);
     schema::check("waypoint-forgotten", &gone.json());
     let left = run(dir.path(), &["waypoints", "list", "--json"]).json();
@@ -38,14 +48,14 @@ fn waypoints_are_listed_shown_and_forgotten() {
             dir.path(),
             &["alarms", "list", "--json", "--state", "cleared"]
         )),
-        [3, 2, 1]
+        [4, 3, 2, 1]
     );
 }
 
 #[test]
 fn an_unknown_waypoint_is_an_error() {
     let dir = store_folder();
-    run(dir.path(), &["waypoints", "forget", "dock"]);
+    run(dir.path(), &["waypoints", "forget", "dock", "--yes"]);
     for args in [
         &["alarms", "--waypoint", "hal"][..],
         &["alarms", "export", "--waypoint", "hal"],
@@ -122,12 +132,58 @@ fn a_distance_has_the_unit_of_its_ground_distance() {
         seed: 7,
         engine: r#"{"ground": "fm"}"#,
         report: "{}",
-        novelties: &[novelty(1.0)],
+        novelties: &[novelty(6.0)],
+        places: &[],
         same_place_m: 0.5,
     };
     store
         .record_visit(&fm, &record_time(20_000))
         .expect("recorded");
-    let bare = run(dir.path(), &["alarms", "show", "4"]).out;
+    let bare = run(dir.path(), &["alarms", "show", "5"]).out;
     assert!(bare.contains("d_GMM 0.012100, U_th 0.002000:"), "{bare}");
+}
+
+#[test]
+fn an_older_version_is_shown_and_restored() {
+    let dir = store_folder();
+    let restore = |accept: &[&str]| {
+        let command = ["waypoints", "restore", "hall", "1", "--json"];
+        run(dir.path(), &[&command[..], accept].concat())
+    };
+    let standing = restore(&[]);
+    assert_eq!(standing.code, 1);
+    assert!(
+        standing.err.contains("alarms 2, 3, 4 are not cleared")
+            && standing.err.contains("--accept 2 --accept 3 --accept 4"),
+        "{}",
+        standing.err
+    );
+    let other = restore(&["--accept", "1"]);
+    assert!(
+        other.err.contains("alarm 1 cannot be accepted"),
+        "{}",
+        other.err
+    );
+    let restored = restore(&["--accept", "2", "3", "4"]);
+    assert_eq!(restored.code, 0, "{restored:?}");
+    schema::check("waypoint-restored", &restored.json());
+    assert_eq!(restored.json()["version"], 2);
+    let show = |version| {
+        let args = ["waypoints", "show", "hall", "--version", version, "--json"];
+        let json = run(dir.path(), &args).json();
+        schema::check("waypoint-reference", &json);
+        json
+    };
+    assert_eq!(
+        (&show("1")["in_use"], &show("2")["in_use"]),
+        (&json!(false), &json!(true))
+    );
+    assert_eq!(show("2")["frame"], "hall/1");
+    let shown = run(dir.path(), &["waypoints", "show", "hall", "--json"]).json();
+    schema::check("waypoint", &shown);
+    assert_eq!(shown["standing_alarms"], 0);
+    let gone = run(dir.path(), &["waypoints", "restore", "hall", "9"]);
+    assert_eq!(gone.code, 1, "no such version");
+    let open = run(dir.path(), &["alarms", "--state", "open", "--json"]);
+    assert_eq!(ids(&open), [0i64; 0]);
 }

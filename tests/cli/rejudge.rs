@@ -5,7 +5,7 @@ use crate::harness::program::{CommandOutput, patrold};
 use crate::harness::schema;
 use nalgebra::Point3;
 use patrold::config::Settings;
-use patrold::store::{NewReference, NewVisit, RecordTime, Store, SweepRecord};
+use patrold::store::{NewReference, NewVisit, RecordTime, ReferenceFrame, Store, SweepRecord};
 use patrold_engine::geometry::View;
 use patrold_engine::inspect::{inspect, prepare};
 use patrold_engine::novelty::Verdict;
@@ -73,6 +73,8 @@ pub(crate) fn store_folder_with(before: &[clouds::Crate]) -> tempfile::TempDir {
         },
         mixture: &fitted.gamma,
         model: &engine.novelty.reference_model(seed),
+        accepted: &[],
+        frame: ReferenceFrame::Own,
         engine: &settings.engine_json(),
         seed,
     };
@@ -109,6 +111,7 @@ pub(crate) fn store_folder_with(before: &[clouds::Crate]) -> tempfile::TempDir {
             engine: &settings.engine_json(),
             report: "{}",
             novelties: &[],
+            places: &[],
             same_place_m: 0.5,
         };
         store

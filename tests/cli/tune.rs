@@ -30,6 +30,7 @@ fn visit(store: &mut Store, waypoint: &str, d_gmm: f64, x: Option<f64>, ground: 
         engine: &engine,
         report: "{}",
         novelties: &seen,
+        places: &[],
         same_place_m: 0.5,
     };
     store

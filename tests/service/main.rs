@@ -82,7 +82,7 @@ fn a_round_from_teaching_to_an_alarm_and_its_clearing() {
         .expect("runs");
     let text = String::from_utf8_lossy(&text.stdout).into_owned();
     assert!(text.starts_with("hall: changed ("), "{text}");
-    assert!(text.contains("belongs to alarm 1"), "{text}");
+    assert!(text.contains("alarm 1 seen again"), "{text}");
 
     let gone = service.visit(BEFORE);
     assert_eq!(
@@ -367,4 +367,70 @@ fn unplugged_idle_devices_are_logged_and_opened_again() {
     assert_eq!(service.request("POST", "/sweep", "").status, 200);
     assert_eq!(state(&service), "ready");
     service.stop();
+}
+
+#[test]
+fn teaching_over_an_alarm_is_a_decision_and_accepting_it_needs_no_drive() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    configure(dir.path(), "");
+    let service = TestService::start(dir.path(), &ScriptedScanner::new(BEFORE));
+    assert_eq!(service.post("/teach", "hall").status, 200);
+    let sweeps = service.scanner.script().sweeps;
+    let slip = service.post("/teach", "halls");
+    assert_eq!(slip.status, 409, "{}", slip.error());
+    assert!(
+        slip.error()
+            .contains("but \"hall\"; for a new one give --new")
+    );
+    assert_eq!(service.visit(AFTER)["alarm"]["id"], 1);
+    let refused = service.post("/teach", "hall");
+    assert_eq!(refused.status, 409);
+    assert!(
+        refused.error().contains("hall: alarm 1 is not cleared"),
+        "{}",
+        refused.error()
+    );
+    assert_eq!(
+        service.scanner.script().sweeps,
+        sweeps + 1,
+        "no sweep for these"
+    );
+
+    let accept = || {
+        let run = process::patrold(dir.path(), &["alarms", "accept", "1", "--by", "ana"]).output();
+        run.expect("runs")
+    };
+    let accepted = accept();
+    let text = String::from_utf8_lossy(&accepted.stdout).into_owned();
+    assert_eq!(
+        text.trim(),
+        "alarm 1: normal from reference hall/2 on",
+        "{accepted:?}"
+    );
+    assert_eq!(accept().status.code(), Some(1), "once");
+    // The box is normal, and so is what it hides; without it, the place has changed.
+    let with = service.visit(AFTER);
+    assert_eq!(
+        (&with["verdict"], &with["frame"]),
+        (&"quiet".into(), &"hall/1".into()),
+        "{with}"
+    );
+    assert_eq!(
+        with["novelties"].as_array().map(Vec::len),
+        Some(0),
+        "{with}"
+    );
+    let without = service.visit(BEFORE);
+    assert_eq!(without["verdict"], "changed", "{without}");
+    assert_eq!(without["novelties"][0]["kind"], "disappeared");
+
+    let other = service.request("POST", "/teach", r#"{"waypoint": "hall", "accept": [1]}"#);
+    assert_eq!(other.status, 409, "alarm 1 is over, 2 stands");
+    let taught = service.request("POST", "/teach", r#"{"waypoint": "hall", "accept": [2]}"#);
+    assert_eq!(taught.status, 200, "{}", taught.json());
+    assert_eq!(service.visit(BEFORE)["verdict"], "quiet");
+    let is_accepted = |text: &String| {
+        text.starts_with("alarm 1 accepted by ana (user ") && text.ends_with(": reference hall/2")
+    };
+    assert!(events(&service).iter().any(is_accepted));
 }

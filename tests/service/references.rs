@@ -103,7 +103,8 @@ fn a_mixture_that_another_program_stored_decides_the_next_visit() {
     let centre = [0, 1, 2].map(|axis| boxed["centre"][axis].as_f64().expect("a number"));
 
     service.scanner.script().sweep = AFTER;
-    assert_eq!(service.post("/teach", "hall").status, 200);
+    let accepting = r#"{"waypoint": "hall", "accept": [1]}"#;
+    assert_eq!(service.request("POST", "/teach", accepting).status, 200);
     assert_eq!(service.visit(AFTER)["verdict"], "quiet");
     let (mut gamma, _) = stored_mixture::read(&store);
     // The box of the scene from the robot, turned by 20 degrees; the floor is at -0.4.

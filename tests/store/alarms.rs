@@ -1,8 +1,8 @@
 //! Alarms: raised, extended, acknowledged, cleared, filtered.
 
-use super::kit::{alarms, novelty_at, stamp, teach, visit, visit_of};
-use patrold::alarm::AlarmState;
-use patrold::store::{AlarmFilter, Store, StoreError};
+use super::kit::{alarms, by_relation, novelty_at, raised, stamp, teach, visit, visit_of};
+use patrold::alarm::{AlarmState, Relation};
+use patrold::store::{AlarmEffects, AlarmFilter, Store, StoreError};
 use patrold_engine::novelty::Verdict;
 
 #[test]
@@ -12,9 +12,10 @@ fn an_alarm_is_raised_extended_acknowledged_and_cleared() {
     teach(&mut store, "hall", 0);
 
     let first = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10);
-    let id = first.raised.expect("raised");
+    let id = raised(&first)[0];
     let again = visit(&mut store, Verdict::Changed, &[novelty_at(1.1)], 20);
-    assert_eq!((again.raised, again.extended), (None, Some(id)));
+    assert_eq!(by_relation(&again, Relation::Seen), [id]);
+    assert_eq!(raised(&again), [0i64; 0]);
 
     let row = store
         .acknowledge(id, "ana", Some("known"), &stamp(25))
@@ -30,14 +31,15 @@ fn an_alarm_is_raised_extended_acknowledged_and_cleared() {
         &[novelty_at(1.0), novelty_at(5.0)],
         30,
     );
-    let other = second.raised.expect("a second change is a second alarm");
+    let other = raised(&second)[0];
+    assert_eq!(by_relation(&second, Relation::Seen), [id]);
     visit(&mut store, Verdict::NotObserved, &[], 35);
     assert_eq!(
         alarms(dir.path(), &AlarmFilter::default()),
         [(other, "open".to_owned()), (id, "acknowledged".to_owned())]
     );
     let quiet = visit(&mut store, Verdict::Quiet, &[], 40);
-    assert_eq!(quiet.cleared, [id, other]);
+    assert_eq!(quiet.effects.cleared, [id, other]);
     let late = store
         .acknowledge(other, "ana", None, &stamp(45))
         .expect("late");
@@ -56,12 +58,8 @@ fn each_filter_narrows_the_log() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
-    let first = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10)
-        .raised
-        .expect("raised");
-    let second = visit(&mut store, Verdict::Changed, &[novelty_at(5.0)], 20)
-        .raised
-        .expect("raised");
+    let first = raised(&visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10))[0];
+    let second = raised(&visit(&mut store, Verdict::Changed, &[novelty_at(5.0)], 20))[0];
     let ids = |filter: AlarmFilter| -> Vec<i64> {
         alarms(dir.path(), &filter)
             .into_iter()
@@ -134,8 +132,14 @@ fn a_change_that_is_still_there_keeps_its_alarm_through_a_quiet_visit() {
     teach(&mut store, "hall", 0);
     visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10);
     let still_there = visit(&mut store, Verdict::Quiet, &[novelty_at(1.1)], 20);
-    assert_eq!(still_there.cleared, [0i64; 0]);
-    assert_eq!(visit(&mut store, Verdict::Quiet, &[], 30).cleared.len(), 1);
+    assert_eq!(still_there.effects.cleared, [0i64; 0]);
+    assert_eq!(
+        visit(&mut store, Verdict::Quiet, &[], 30)
+            .effects
+            .cleared
+            .len(),
+        1
+    );
 }
 
 #[test]
@@ -147,14 +151,14 @@ fn a_reference_replaced_during_the_comparison_leaves_the_alarms_alone() {
     teach(&mut store, "hall", 10);
     let late = visit_of(&mut store, old, Verdict::Changed, &[novelty_at(1.0)], 20);
     assert_eq!(
-        (late.raised, late.extended, late.outdated),
-        (None, None, true)
+        (&late.effects, late.outdated),
+        (&AlarmEffects::default(), true)
     );
 
-    let raised = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 30);
+    let new = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 30);
     let late = visit_of(&mut store, old, Verdict::Quiet, &[], 40);
     assert_eq!(
-        (late.cleared.len(), late.outdated, raised.outdated),
+        (late.effects.cleared.len(), late.outdated, new.outdated),
         (0, true, false)
     );
 
@@ -163,7 +167,10 @@ fn a_reference_replaced_during_the_comparison_leaves_the_alarms_alone() {
         .forget_waypoint("hall", &stamp(50))
         .expect("forgotten");
     let late = visit_of(&mut store, newest, Verdict::Changed, &[novelty_at(7.0)], 60);
-    assert_eq!((late.raised, late.outdated), (None, true));
+    assert_eq!(
+        (&late.effects, late.outdated),
+        (&AlarmEffects::default(), true)
+    );
     assert!(store.visit(late.visit_id).is_ok(), "stored all the same");
 }
 
@@ -172,9 +179,7 @@ fn the_first_name_stays_and_notes_are_appended() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
-    let id = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10)
-        .raised
-        .expect("raised");
+    let id = raised(&visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10))[0];
     let first = store
         .acknowledge(id, "ana", Some("a bin"), &stamp(20))
         .expect("first");

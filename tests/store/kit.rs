@@ -1,13 +1,15 @@
 //! Sweeps, mixtures and novelties to store, and short forms of the calls.
 
 use nalgebra::{Matrix3, Point3};
+use patrold::alarm::Relation;
 use patrold::store::{
-    AlarmFilter, NewReference, NewVisit, RecordTime, Retention, Store, SweepRecord, VisitOutcome,
+    AlarmFilter, NewReference, NewVisit, RecordTime, ReferenceFrame, Retention, Store, SweepRecord,
+    VisitOutcome,
 };
 use patrold_engine::geometry::View;
 use patrold_engine::mixture::{Gaussian, Mixture};
 use patrold_engine::novelty::{
-    ComponentBeams, Novelty, NoveltyKind, ReferenceMixture, Surroundings, Verdict,
+    ComponentBeams, Novelty, NoveltyKind, PlaceView, ReferenceMixture, Surroundings, Verdict,
 };
 use patrold_engine::report::NoveltyRecord;
 use std::path::Path;
@@ -56,6 +58,7 @@ pub(crate) fn gaussian(x: f64) -> Gaussian {
 
 pub(crate) fn teach(store: &mut Store, name: &str, second: i64) -> i64 {
     let view = view(second as f64);
+    let accepted = standing(store, name);
     let new = NewReference {
         waypoint: name,
         sweep: SweepRecord {
@@ -67,8 +70,19 @@ pub(crate) fn teach(store: &mut Store, name: &str, second: i64) -> i64 {
         model: MODEL,
         engine: r#"{"ground": "w2"}"#,
         seed: 7,
+        accepted: &accepted,
+        frame: ReferenceFrame::Own,
     };
     store.teach(&new, &stamp(second)).expect("taught")
+}
+
+/// The alarms of a waypoint that are not cleared.
+pub(crate) fn standing(store: &Store, name: &str) -> Vec<i64> {
+    let alarms = store.alarms(&AlarmFilter::default()).expect("alarms");
+    let standing = alarms
+        .iter()
+        .filter(|a| a.waypoint == name && a.state != "cleared");
+    standing.map(|a| a.id).collect()
 }
 
 pub(crate) fn novelty_at(x: f64) -> NoveltyRecord {
@@ -108,6 +122,13 @@ pub(crate) fn visit_of(
     second: i64,
 ) -> VisitOutcome {
     let view = view(1000.0 + second as f64);
+    // A quiet visit saw every place as it was taught, a changed one none of them.
+    let incidents = store.incidents("hall").unwrap_or_default();
+    let places: Vec<(i64, PlaceView)> = incidents
+        .iter()
+        .filter(|_| verdict == Verdict::Quiet)
+        .map(|incident| (incident.id, PlaceView::AsTaught))
+        .collect();
     let visit = NewVisit {
         waypoint: "hall",
         reference_id: Some(reference_id),
@@ -124,6 +145,7 @@ pub(crate) fn visit_of(
         engine: "{}",
         report: "{}",
         novelties,
+        places: &places,
         same_place_m: 0.5,
     };
     store
@@ -156,6 +178,7 @@ pub(crate) fn changed_visit<R>(
         engine: "{}",
         report: "{}",
         novelties: &[novelty_at(x)],
+        places: &[],
         same_place_m: 0.5,
     })
 }
@@ -164,4 +187,23 @@ pub(crate) fn alarms(dir: &Path, filter: &AlarmFilter) -> Vec<(i64, String)> {
     let store = Store::open_for_reading(dir).expect("reader");
     let rows = store.alarms(filter).expect("query");
     rows.into_iter().map(|a| (a.id, a.state)).collect()
+}
+
+/// The first alarm that a visit raised.
+pub(crate) fn first_raised(outcome: &VisitOutcome) -> Option<i64> {
+    raised(outcome).first().copied()
+}
+
+/// The alarms that a visit raised.
+pub(crate) fn raised(outcome: &VisitOutcome) -> Vec<i64> {
+    by_relation(outcome, Relation::Raised)
+}
+
+/// The alarms that it is this to.
+pub(crate) fn by_relation(outcome: &VisitOutcome, relation: Relation) -> Vec<i64> {
+    let alarms = outcome.effects.alarms.iter();
+    alarms
+        .filter(|a| a.relation == relation)
+        .map(|a| a.id)
+        .collect()
 }

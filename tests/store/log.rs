@@ -54,6 +54,7 @@ fn record(
         engine: &engine,
         report: "{}",
         novelties: &seen,
+        places: &[],
         same_place_m: 0.5,
     };
     store.record_visit(&visit, at).expect("recorded").visit_id

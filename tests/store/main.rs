@@ -5,6 +5,8 @@ mod alarms;
 mod faulty_disk;
 mod failing_calls;
 mod faults;
+mod health;
+mod incidents;
 mod kit;
 mod backup;
 mod rebuild;

@@ -3,7 +3,8 @@
 use super::kit::{MODEL, mixture, stamp};
 use nalgebra::Point3;
 use patrold::store::{
-    NewMixture, NewReference, ReadyReference, Store, StoredMixture, StoredReference, SweepRecord,
+    NewMixture, NewReference, ReadyReference, ReferenceFrame, Store, StoredMixture,
+    StoredReference, SweepRecord,
 };
 use patrold_engine::geometry::View;
 use patrold_engine::inspect::EngineSettings;
@@ -24,6 +25,8 @@ fn teach(store: &mut Store) -> StoredReference {
         model: MODEL,
         engine: r#"{"by": "hand"}"#,
         seed: 7,
+        accepted: &[],
+        frame: ReferenceFrame::Own,
     };
     store.teach(&new, &stamp(0)).expect("taught");
     store.reference("hall").expect("stored")

@@ -1,9 +1,10 @@
 //! What is stored is read back: references by version, visits, raw data, events.
 
-use super::kit::{MODEL, mixture, novelty_at, stamp, teach, view, visit};
+use super::kit::{MODEL, mixture, novelty_at, raised, stamp, teach, view, visit};
 use patrold::patrol::severity::Severity;
 use patrold::store::{
-    AlarmFilter, NewReference, NewVisit, Store, StoreError, StoredMixture, SweepRecord,
+    AlarmFilter, NewReference, NewVisit, ReferenceFrame, Store, StoreError, StoredMixture,
+    SweepRecord,
 };
 use patrold_engine::novelty::Verdict;
 
@@ -12,14 +13,12 @@ fn teaching_again_adds_a_version_and_clears_the_alarms() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     assert_eq!(teach(&mut store, "hall", 0), 1);
-    let id = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10)
-        .raised
-        .expect("raised");
+    let id = raised(&visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10))[0];
     assert_eq!(teach(&mut store, "hall", 20), 2);
     let alarm = store.alarm(id).expect("alarm");
     assert_eq!(
         alarm.cleared_because.as_deref(),
-        Some("reference taught anew")
+        Some("accepted with reference hall/2")
     );
     let reference = store.reference("hall").expect("newest");
     assert_eq!(reference.version, 2);
@@ -109,6 +108,7 @@ fn raw_data_that_could_not_be_assembled_is_kept() {
         engine: "{}",
         report: "{}",
         novelties: &[],
+        places: &[],
         same_place_m: 0.5,
     };
     let id = store
@@ -143,6 +143,8 @@ fn raw_data_that_could_not_be_assembled_is_kept() {
         model: "{}",
         engine: "{}",
         seed: 7,
+        accepted: &[],
+        frame: ReferenceFrame::Own,
     };
     assert!(store.teach(&reference, &stamp(30)).is_err());
 }
@@ -208,6 +210,7 @@ fn figures_that_are_not_finite_are_stored_as_null() {
             engine: "{}",
             report: "{}",
             novelties: std::slice::from_ref(&odd),
+            places: &[],
             same_place_m: 0.5,
         };
         store
@@ -233,13 +236,14 @@ fn the_log_is_read_where_nothing_can_be_written() {
     let folder = dir.path().join("a ö?b#c%20d");
     let mut store = Store::open(&folder).expect("store");
     teach(&mut store, "hall", 0);
-    let raised = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10).raised;
+    let outcome = visit(&mut store, Verdict::Changed, &[novelty_at(1.0)], 10);
     store.close();
     // As on a read-only file system: the file that readers share cannot be made.
     std::fs::create_dir(folder.join("patrold.db-shm")).expect("in its place");
     let reader = Store::open_for_reading(&folder).expect("readable");
     let alarms = reader.alarms(&AlarmFilter::default()).expect("alarms");
-    assert_eq!(alarms.first().map(|alarm| alarm.id), raised);
+    let ids: Vec<i64> = alarms.iter().map(|alarm| alarm.id).collect();
+    assert_eq!(ids, raised(&outcome));
 }
 
 #[test]

@@ -165,6 +165,7 @@ fn visit_with(
         } else {
             &[]
         },
+        places: &[],
         same_place_m: 0.5,
     };
     let recorded = store

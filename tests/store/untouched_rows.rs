@@ -1,7 +1,8 @@
 //! Each write changes the rows it is about and no other: a store with two of everything, and all rows before and after.
 
-use super::kit::{changed_visit, novelty_at, stamp, teach, visit_of};
+use super::kit::{by_relation, changed_visit, novelty_at, stamp, teach, visit_of};
 use super::rebuild::rows;
+use patrold::alarm::Relation;
 use patrold::store::{Retention, Store, VisitOutcome};
 use patrold_engine::novelty::Verdict;
 use std::collections::BTreeSet;
@@ -88,18 +89,32 @@ fn each_write_changes_its_own_rows() {
     });
     assert_eq!(acknowledged, set(&["alarm 5"]));
     let extended = changes(path, &mut store, |store| {
-        assert_eq!(raise(store, "yard", 9.0, 70).extended, Some(6));
+        assert_eq!(
+            by_relation(&raise(store, "yard", 9.0, 70), Relation::Seen),
+            [6]
+        );
     });
     assert_eq!(
         extended,
-        set(&["alarm 6", "visit 7", "sweep 11", "novelty 7"])
+        set(&["alarm 6", "visit 7", "sweep 11", "novelty 7", "sighting 7"])
     );
     let quiet = changes(path, &mut store, |store| {
         let reference = store.reference("hall").expect("taught").id;
         // The thing of alarm 3 is still there.
         visit_of(store, reference, Verdict::Quiet, &[novelty_at(1.0)], 80);
     });
-    assert_eq!(quiet, set(&["alarm 5", "visit 8", "sweep 12", "novelty 8"]));
+    assert_eq!(
+        quiet,
+        set(&[
+            "alarm 3",
+            "alarm 5",
+            "visit 8",
+            "sweep 12",
+            "novelty 8",
+            "sighting 8",
+            "sighting 9"
+        ])
+    );
     let taught = changes(path, &mut store, |store| {
         teach(store, "hall", 90);
     });
@@ -118,7 +133,11 @@ fn each_write_changes_its_own_rows() {
     let swept = changes(path, &mut store, |store| {
         store.apply_retention(&old).map(drop).expect("applied")
     });
-    assert_eq!(swept, set(&["sweep 12"]), "the quiet visit's");
+    assert_eq!(
+        swept,
+        set(&[]),
+        "a visit that still sees the thing is evidence"
+    );
     let check = store.check(|_, _| ()).expect("checked");
     assert!(
         check.missing.is_empty() && check.unnamed.is_empty(),

@@ -59,7 +59,7 @@ impl Registration {
 
     /// Covariance, square metres, of a current point mapped to `p` in the reference frame: large along unobservable
     /// directions, small across them.
-    pub(crate) fn covariance_at(&self, p: &Point3<f64>) -> Matrix3<f64> {
+    pub fn covariance_at(&self, p: &Point3<f64>) -> Matrix3<f64> {
         let part = |row, column| -> Matrix3<f64> {
             self.covariance.fixed_view::<3, 3>(row, column).into_owned()
         };

@@ -36,3 +36,14 @@ pub(super) const MAX_SPLIT_SHARE: f64 = 0.98;
 
 /// Version of the fit of a reference's mixture. It is raised with every change that gives another mixture for the same view.
 pub(super) const REFERENCE_MODEL_VERSION: u32 = 1;
+
+/// Points at which a visit is asked whether it saw a place.
+pub(super) const PLACE_SAMPLES: f64 = 64.0;
+/// Squared Mahalanobis distance within which surface belongs to a missing thing: the box of its variances reaches as far
+/// along each axis.
+pub(super) const PLACE_SHELL: f64 = 3.0;
+/// More of a place than this unseen: nothing can be said of the whole.
+pub(super) const HIDDEN_PLACE_SHARE: f64 = 0.5;
+/// More of a place than this unlike the reference: the thing, or another, is there. Edges and feet of what is gone fall on
+/// surfaces.
+pub(super) const UNLIKE_PLACE_SHARE: f64 = 0.2;

@@ -1,5 +1,6 @@
 //! Finds what appeared and disappeared between two views (`docs/novelty.md`; paper section III.C, Algorithm 1).
 
+mod accepted;
 mod algorithm1;
 mod alone;
 mod common_surface;
@@ -16,6 +17,7 @@ mod moved;
 mod noise;
 mod observer;
 mod outline;
+mod places;
 mod plates;
 mod prediction;
 mod prepared;
@@ -33,6 +35,7 @@ mod verdict;
 mod view_pair;
 mod visibility;
 
+pub use accepted::accept_novelties;
 pub use algorithm1::{ChangeSegmentation, Removal, RemovalExtent, segment_changes};
 pub use compared_mixtures::{ComparedComponent, ComparedFlow, ComparedMixtures};
 pub use detect::{Detection, DetectionStage, detect};
@@ -41,6 +44,7 @@ pub use evidence::{Evidence, Visibility};
 use model::SegmentId;
 pub use model::{Novelty, NoveltyKind, Segment, Surroundings, Verdict};
 use observer::ObserverView;
+pub use places::{PlaceView, WatchedPlace, observe_places};
 pub use prepared::PreparedView;
 pub use reference::Reference;
 pub use reference_mixture::{ComponentBeams, ReferenceMixture};

@@ -91,6 +91,11 @@ impl Reference {
         })
     }
 
+    /// Surface that the view shows, square metres.
+    pub fn visible_area_m2(&self) -> f64 {
+        self.prepared.area_within_m2(f64::INFINITY)
+    }
+
     fn new(prepared: PreparedView, gamma: ReferenceMixture, contradictions: [usize; 2]) -> Self {
         Self {
             stated_weights: vec![false; gamma.mixture.len()],

@@ -144,7 +144,10 @@ pub(super) fn view_of_mixture(frame: &View, gamma: &ReferenceMixture) -> View {
 }
 
 /// Evenly spread points in the box of the component's variances, without chance.
-fn sample_component(g: &Gaussian, count: f64) -> impl Iterator<Item = Point3<f64>> + use<> {
+pub(super) fn sample_component(
+    g: &Gaussian,
+    count: f64,
+) -> impl Iterator<Item = Point3<f64>> + use<> {
     // Fractional parts of multiples of the powers of the plastic-number generalisation in three dimensions (root of
     // x^4 = x + 1): a sequence of low discrepancy.
     const STEP: f64 = 1.220_744_084_605_759_6;

@@ -156,4 +156,74 @@ mod tests {
             );
         }
     }
+
+    /// The verdict of views that agree but for `spoil`, and a word of its reason.
+    fn gate(
+        spoil: impl Fn(&mut Registration, &mut QuantifiedChange, &mut f64),
+    ) -> (Verdict, String) {
+        let (mut registration, mut change, mut disagreement) =
+            (Registration::identity(), change(), 1.0);
+        spoil(&mut registration, &mut change, &mut disagreement);
+        verdict_of(&registration, &change, disagreement)
+    }
+
+    #[test]
+    fn each_gate_alone_refuses_beyond_its_limit_and_not_before() {
+        let limits = VerdictSettings::default();
+        type Case<'a> = (&'a str, Box<dyn Fn(f64) -> (Verdict, String)>, f64);
+        let shift = |axis: usize| -> Box<dyn Fn(f64) -> (Verdict, String)> {
+            Box::new(move |m| gate(|r, _, _| r.current_from_reference.translation.vector[axis] = m))
+        };
+        let turn = |rad: f64| {
+            gate(|r, _, _| {
+                r.current_from_reference.rotation =
+                    nalgebra::UnitQuaternion::from_euler_angles(0.0, 0.0, rad);
+            })
+        };
+        let above: [Case<'_>; 5] = [
+            ("elsewhere", shift(0), limits.max_shift_m),
+            ("elsewhere", shift(1), limits.max_shift_m),
+            ("elsewhere", shift(2), limits.max_shift_m),
+            ("elsewhere", Box::new(turn), limits.max_rotation_rad),
+            (
+                "further apart",
+                Box::new(|x| gate(|_, _, disagreement| *disagreement = x)),
+                limits.max_disagreement,
+            ),
+        ];
+        for (word, of, limit) in above {
+            assert_eq!(of(0.999 * limit).0, Verdict::Quiet, "{word}");
+            let (verdict, reason) = of(1.001 * limit);
+            assert_eq!(verdict, Verdict::NotObserved, "{word}");
+            assert!(reason.contains(word), "{reason}");
+        }
+        for side in [0, 1] {
+            let of = |share| gate(|_, change, _| change.overlap[side] = share);
+            assert_eq!(of(1.001 * limits.min_overlap).0, Verdict::Quiet);
+            let (verdict, reason) = of(0.999 * limits.min_overlap);
+            assert_eq!(verdict, Verdict::NotObserved);
+            assert!(reason.contains("seen by both views"), "{reason}");
+        }
+        let (verdict, reason) = gate(|r, _, _| r.converged = false);
+        assert_eq!(verdict, Verdict::NotObserved);
+        assert!(reason.contains("do not match"), "{reason}");
+    }
+
+    #[test]
+    fn the_threshold_itself_is_reached_and_needs_a_novelty() {
+        let of = |d, novelties| {
+            let findings = Findings {
+                registration: &Registration::identity(),
+                disagreement: 1.0,
+                change: &QuantifiedChange { d, ..change() },
+                u_th: 5e-4,
+                novelties,
+            };
+            verdict(&findings, &VerdictSettings::default()).0
+        };
+        assert_eq!(of(5e-4, 1), Verdict::Changed);
+        assert_eq!(of(5e-4, 0), Verdict::NotObserved);
+        assert_eq!(of(4.99e-4, 1), Verdict::Quiet);
+        assert_eq!(of(4.99e-4, 0), Verdict::Quiet);
+    }
 }

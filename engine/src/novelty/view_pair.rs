@@ -84,17 +84,7 @@ impl<'a> ViewPair<'a> {
         [0, 1].map(|side| {
             let (own, other) = (self.views[side], self.views[1 - side]);
             let other_from_own = self.other_from(side);
-            let mut evidence = VisibilityTest {
-                other,
-                other_from_own,
-                own,
-                cross_view_noise: self.cross_view_noise,
-                registration: &self.registration,
-                reference_from_own: self.reference_from(side),
-                field_of_view: self.observer_field_of_view(side, &settings.evidence),
-                settings: &settings.evidence,
-            }
-            .evaluate();
+            let mut evidence = self.visibility_test(side, settings).evaluate();
             if let Some(max_m) = settings.max_range_m {
                 // From both sensors, or a surface at the limit would have mass on one side only.
                 let other_origin = other_from_own.pose.inverse() * other.view.origin;
@@ -109,6 +99,36 @@ impl<'a> ViewPair<'a> {
             }
             evidence
         })
+    }
+
+    /// How the current view sees positions in the reference's frame.
+    pub(super) fn visibility_of(
+        &self,
+        positions: &[Point3<f64>],
+        settings: &NoveltySettings,
+    ) -> Vec<Visibility> {
+        let test = self.visibility_test(0, settings);
+        let origin = &self.views[0].view.origin;
+        let evidence = positions.iter().map(|p| test.evaluate_point(p, origin));
+        evidence.map(|e| e.visibility).collect()
+    }
+
+    /// Asks the other view about the points of view `side`.
+    fn visibility_test<'b>(
+        &'b self,
+        side: usize,
+        settings: &'b NoveltySettings,
+    ) -> VisibilityTest<'b> {
+        VisibilityTest {
+            other: self.views[1 - side],
+            other_from_own: self.other_from(side),
+            own: self.views[side],
+            cross_view_noise: self.cross_view_noise,
+            registration: &self.registration,
+            reference_from_own: self.reference_from(side),
+            field_of_view: self.observer_field_of_view(side, &settings.evidence),
+            settings: &settings.evidence,
+        }
     }
 
     /// Field of view of the observer of view `side`, if it is a bare cloud; joined with that of the other visit where both

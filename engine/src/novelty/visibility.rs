@@ -64,7 +64,8 @@ impl VisibilityTest<'_> {
         })
     }
 
-    fn evaluate_point(&self, own: &Point3<f64>, own_origin: &Point3<f64>) -> Evidence {
+    /// Evidence of a point in the frame of the own view, which need not be one of its points.
+    pub(super) fn evaluate_point(&self, own: &Point3<f64>, own_origin: &Point3<f64>) -> Evidence {
         let p = self.other_from_own.apply(own);
         let rays = &self.other.rays;
         let offset = p - rays.origin();

@@ -76,6 +76,10 @@ pub struct NoveltyRecord {
     /// Covariance of its points, square metres.
     #[serde(deserialize_with = "nullable::matrix3")]
     pub covariance: [[f64; 3]; 3],
+    /// Standard deviation of the centre by the registration of the views, metres; in visits and the alarm log alone, absent in
+    /// logs of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pose_sd: Option<[f64; 3]>,
     /// Axis-aligned extent of its points, metres.
     #[serde(deserialize_with = "nullable::vector3")]
     pub extent: [f64; 3],
@@ -114,6 +118,7 @@ impl NoveltyRecord {
             moved_from: novelty.moved_from,
             centre: novelty.moments.mean.coords.into(),
             covariance: rows(&novelty.moments.covariance),
+            pose_sd: None,
             extent: novelty.extent_m,
             points: novelty.point_indices.len(),
             mass: novelty.mass,

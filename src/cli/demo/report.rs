@@ -15,7 +15,7 @@ struct WaypointReport {
     changes: Vec<ChangeMatch>,
     /// Novelties that match no true change.
     stray: Vec<NoveltyRecord>,
-    /// Whether exactly one alarm was raised.
+    /// Whether each true change has one alarm, and there is no other.
     alarmed: bool,
 }
 
@@ -41,12 +41,13 @@ impl DemoReport {
                 .collect();
             let novelties: Vec<NoveltyRecord> =
                 raised.iter().flat_map(|a| a.novelties.clone()).collect();
+            let one_each = raised.iter().all(|a| a.novelties.len() == 1);
             let (changes, stray) = match_novelties(true_changes(waypoint)?, &novelties);
             reports.push(WaypointReport {
                 waypoint: waypoint.name,
+                alarmed: one_each && raised.len() == changes.len(),
                 changes,
                 stray,
-                alarmed: raised.len() == 1,
             });
         }
         Ok(Self {
@@ -56,8 +57,8 @@ impl DemoReport {
         })
     }
 
-    /// Whether every quiet visit was quiet, and every waypoint has one alarm with exactly its true changes, each with a
-    /// shape of about the right size.
+    /// Whether every quiet visit was quiet, and every true change has one alarm of its own and there is no other, each
+    /// with a shape of about the right size.
     pub(super) fn is_correct(&self) -> bool {
         let is_correct = |report: &WaypointReport| {
             report.alarmed

@@ -4,6 +4,7 @@ use super::building::{DemoWaypoint, build_world, robot_pose};
 use super::system::DemoSystem;
 use crate::cli::failure::Failure;
 use crate::service::replies::{TeachReply, VisitReply};
+use serde_json::json;
 
 /// Attempts at a waypoint while the answer is `not_observed` or the reference is refused; time runs slower after each.
 const MAX_ATTEMPTS: usize = 4;
@@ -39,13 +40,13 @@ enum VisitRound {
 fn teach(system: &mut DemoSystem, waypoint: &DemoWaypoint) -> Result<TeachReply, Failure> {
     let world = build_world(&waypoint.before)?;
     system.set_scene(world, robot_pose(&waypoint.before, None))?;
-    let mut reply = system.request("/teach", waypoint.name);
+    let mut reply = system.request("/teach", waypoint.name, json!({"new": true}));
     for _ in 1..MAX_ATTEMPTS {
         if reply.is_ok() {
             break;
         }
         system.slow_down();
-        reply = system.request("/teach", waypoint.name);
+        reply = system.request("/teach", waypoint.name, json!({"new": true}));
     }
     reply
 }
@@ -85,13 +86,13 @@ fn visit_all(
 }
 
 fn visit(system: &mut DemoSystem, waypoint: &str) -> Result<VisitReply, Failure> {
-    let mut visit: VisitReply = system.request("/visit", waypoint)?;
+    let mut visit: VisitReply = system.request("/visit", waypoint, json!({}))?;
     for _ in 1..MAX_ATTEMPTS {
         if visit.verdict != "not_observed" {
             break;
         }
         system.slow_down();
-        visit = system.request("/visit", waypoint)?;
+        visit = system.request("/visit", waypoint, json!({}))?;
     }
     Ok(visit)
 }

@@ -10,6 +10,7 @@ use link::Clock;
 use patrold_sim::emulator::{Emulation, EmulationOptions, Emulator, EmulatorPorts};
 use patrold_sim::world::{Pose2d, World};
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
@@ -101,8 +102,9 @@ impl DemoSystem {
         &mut self,
         path: &'static str,
         waypoint: &str,
+        options: Value,
     ) -> Result<T, Failure> {
-        client::request_at_waypoint(&self.socket, path, waypoint)
+        client::request_at_waypoint(&self.socket, path, waypoint, options)
     }
 
     /// Lowers the time scale, with a line on standard error.

@@ -55,7 +55,7 @@ pub(super) fn run(args: &RejudgeArgs, visit_id: i64, mut settings: Settings) -> 
     let report = RejudgeReport {
         visit_id,
         waypoint: &visit.waypoint,
-        frame: reference.frame(&visit.waypoint),
+        frame: reference.positions_frame(&visit.waypoint),
         seed: visit.seed,
         reference_made_anew: judged.made_anew.take(),
         stored: StoredVerdict {

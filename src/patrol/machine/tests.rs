@@ -92,13 +92,17 @@ fn a_visit_goes_from_its_reference_to_its_reply() {
 }
 
 #[test]
-fn teaching_and_sweeping_need_no_reference() {
+fn a_teach_is_prepared_and_a_sweep_needs_nothing() {
     let (teach, sweep) = (request(1, PatrolTask::Teach), request(2, PatrolTask::Sweep));
     run_table(
         &mut ready(),
         vec![
             (
                 PatrolEvent::Requested(teach.clone()),
+                vec![PatrolAction::Prepare(teach.clone())],
+            ),
+            (
+                PatrolEvent::Prepared(1, Ok(())),
                 vec![PatrolAction::StartSweep(teach.clone())],
             ),
             (PatrolEvent::Requested(sweep.clone()), vec![]),
@@ -175,6 +179,10 @@ fn a_failed_sweep_is_recorded_for_a_visit_and_refused_for_the_rest() {
             ),
             (
                 PatrolEvent::Requested(teach.clone()),
+                vec![PatrolAction::Prepare(teach.clone())],
+            ),
+            (
+                PatrolEvent::Prepared(2, Ok(())),
                 vec![PatrolAction::StartSweep(teach.clone())],
             ),
             (
@@ -216,6 +224,10 @@ fn a_sweep_that_cannot_be_judged_is_not_observed() {
             ),
             (
                 PatrolEvent::Requested(teach.clone()),
+                vec![PatrolAction::Prepare(teach.clone())],
+            ),
+            (
+                PatrolEvent::Prepared(2, Ok(())),
                 vec![PatrolAction::StartSweep(teach.clone())],
             ),
             (

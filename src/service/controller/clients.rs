@@ -50,6 +50,7 @@ impl Controller {
     }
 
     pub(super) fn abandon(&mut self, request: &PatrolRequest) {
+        self.teach_options.remove(&request.id);
         self.active
             .take_if(|active| active.request.id == request.id);
         self.raw_sweep = None;
@@ -78,10 +79,14 @@ fn log_visit(visit: &VisitReply) {
             visit.visit_id.unwrap_or_default());
     }
     match alarm_id {
-        Some(id) => tracing::warn!(
-            WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm, ALARM_ID = id,
-            "{waypoint}: {verdict}, alarm {id}: {reason}"
-        ),
+        Some(id) => {
+            let alarms: Vec<String> = visit.alarms.iter().map(ToString::to_string).collect();
+            let alarms = alarms.join(", ");
+            tracing::warn!(
+                WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm, ALARM_ID = id,
+                "{waypoint}: {verdict}, {alarms}: {reason}"
+            );
+        }
         None => tracing::info!(
             WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm,
             "{waypoint}: {verdict}: {reason}"

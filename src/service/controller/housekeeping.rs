@@ -3,10 +3,10 @@
 use super::Controller;
 use crate::patrol::machine::DeviceAvailability;
 use crate::patrol::severity::Severity;
-use crate::service::constants::RETENTION_INTERVAL;
+use crate::service::constants::{RETENTION_INTERVAL, UNSEEN_CHECK_INTERVAL};
 use crate::service::record_time::record_time_now;
 use crate::service::replies::{CurrentStatus, DevicesStatus};
-use crate::store::Retention;
+use crate::store::{Retention, StoreError};
 use std::time::Instant;
 
 const BYTES_PER_GIB: f64 = 1024.0 * 1024.0 * 1024.0;
@@ -29,6 +29,50 @@ impl Controller {
                     tracing::error!("event not written to the store: {error}");
                 }
             },
+        );
+    }
+
+    /// `None`: nothing is wrong with the subject. What was noted already is not noted again.
+    pub(super) fn note_health(&mut self, subject: &'static str, reason: Option<&str>) {
+        let reason = reason.map(|text| text.replace('\n', " "));
+        if self.health.get(subject) == Some(&reason) {
+            return;
+        }
+        self.health.insert(subject, reason.clone());
+        self.services.writer.submit_optional(
+            move |ledger| {
+                ledger
+                    .store
+                    .note_health(subject, reason.as_deref(), &record_time_now())
+            },
+            report_unwritten_health,
+        );
+    }
+
+    pub(super) fn watch_clock(&mut self) {
+        let elapsed = self.started.elapsed();
+        let was_set = self.wall_clock.update(elapsed, jiff::Timestamp::now());
+        if was_set {
+            self.note_health(
+                "clock",
+                Some("the wall clock was set: earlier times may be wrong"),
+            );
+        } else if self.wall_clock.is_stable(elapsed) {
+            self.note_health("clock", None);
+        }
+    }
+
+    pub(super) fn note_unseen(&mut self) {
+        self.unseen_due = Instant::now() + UNSEEN_CHECK_INTERVAL;
+        let hours = self.settings.alarms.unseen_after_h;
+        self.services.writer.submit_optional(
+            move |ledger| {
+                let now = record_time_now();
+                let after = jiff::SignedDuration::from_secs((3600.0 * hours) as i64);
+                let before = (hours > 0.0).then(|| now.at.checked_sub(after).ok());
+                ledger.store.note_unseen(before.flatten(), &now)
+            },
+            report_unwritten_health,
         );
     }
 
@@ -100,5 +144,11 @@ impl Controller {
             status.current = current;
             status.waiting = waiting;
         });
+    }
+}
+
+fn report_unwritten_health(written: Result<(), StoreError>) {
+    if let Err(error) = written {
+        tracing::error!("health incident not written to the store: {error}");
     }
 }

@@ -16,6 +16,7 @@ pub(in crate::service) fn stored_reference(
     StoredReference {
         id: 1,
         version: 1,
+        frame_version: 1,
         view,
         components: gamma.mixture.len(),
         mixture: StoredMixture::Intact {

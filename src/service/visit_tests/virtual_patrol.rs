@@ -1,6 +1,8 @@
 //! A patrol in virtual time and without threads: requests in, verdicts out.
 
+pub(super) use super::scenes::{displaced_pose, scene, world};
 use super::stored_reference::stored_reference;
+use crate::alarm::Incident;
 use crate::config::Settings;
 use crate::devices::lockstep::links::EmulatedDevices;
 use crate::devices::{Cancel, Station};
@@ -8,7 +10,9 @@ use crate::patrol::action::PatrolAction;
 use crate::patrol::event::{PatrolEvent, PatrolRequest, PatrolTask, RefusalReason};
 use crate::patrol::machine::{self, PatrolMachine};
 use crate::service::constants::{IDLE_CHECK_INTERVAL, TICK};
-use crate::service::judgement::{SweepFinding, SweepJudgement, judge_sweep};
+use crate::service::judgement::{
+    SweepFinding, SweepJudgement, VisitBasis, VisitFinding, judge_sweep,
+};
 use crate::service::reference_cache::ReferenceCache;
 use crate::service::scanner::{
     ConnectError, DeviceNoteSink, Scanner, ScannerConnector, ScannerError,
@@ -16,11 +20,9 @@ use crate::service::scanner::{
 use crate::service::scanner_thread::max_sweep_duration;
 use crate::service::station_scanner::StationConnector;
 use crate::store::StoredReference;
-use nalgebra::Point3;
 use patrold_engine::novelty::Verdict;
 use patrold_engine::sweep::RawSweep;
 use patrold_sim::emulator::{EmulatedFault, Emulation, EmulationOptions};
-use patrold_sim::world::{Pose2d, Scene, World};
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -48,6 +50,10 @@ pub(super) struct VirtualPatrol {
     /// Of the return after the last sweep.
     pub(super) return_duration: Option<Duration>,
     pub(super) sweep_count: usize,
+    /// Known at the waypoint.
+    pub(super) incidents: Vec<Incident>,
+    /// Of the last visit.
+    pub(super) finding: Option<VisitFinding>,
     connector: StationConnector,
     scanner: Option<Box<dyn Scanner>>,
     settings: Arc<Settings>,
@@ -60,27 +66,6 @@ pub(super) struct VirtualPatrol {
     last_request_id: u64,
     repeated_request: Option<u64>,
     last_idle_check: Duration,
-}
-
-pub(super) fn scene(name: &str) -> Scene {
-    let folder = patrold_test_support::workspace_root().join("config/scenes");
-    let load = |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
-    Scene::resolve(name, &load).expect("a shipped scene")
-}
-
-pub(super) fn world(name: &str) -> Arc<World> {
-    Arc::new(scene(name).build(None).expect("builds"))
-}
-
-/// Pose of the robot of a scene, displaced by metres forward and left and degrees to the left.
-pub(super) fn displaced_pose(name: &str, (x_m, y_m, yaw_deg): (f64, f64, f64)) -> Pose2d {
-    let map_from_base = scene(name).map_from_base;
-    let position = map_from_base * Point3::new(x_m, y_m, 0.0);
-    Pose2d {
-        x_m: position.x,
-        y_m: position.y,
-        yaw_rad: map_from_base.rotation.euler_angles().2 + yaw_deg.to_radians(),
-    }
 }
 
 pub(super) fn settings() -> Settings {
@@ -133,6 +118,8 @@ impl VirtualPatrol {
             sweep_duration: Duration::ZERO,
             return_duration: None,
             sweep_count: 0,
+            incidents: Vec::new(),
+            finding: None,
             connector,
             scanner: None,
             settings,
@@ -353,7 +340,7 @@ impl VirtualPatrol {
             "hall",
             &raw_sweep,
             self.repeated_request == Some(request.id),
-            self.reference.as_deref(),
+            self.basis().as_ref(),
             &self.settings,
             &self.references,
         );
@@ -369,14 +356,25 @@ impl VirtualPatrol {
             .push_back(PatrolEvent::Judged(request.id, result));
     }
 
+    fn basis(&self) -> Option<VisitBasis> {
+        Some(VisitBasis {
+            reference: (*self.reference.clone()?).clone(),
+            incidents: self.incidents.clone(),
+        })
+    }
+
     /// A taught reference is kept for the visits that follow.
     fn recorded_result(&mut self) -> VisitResult {
         let judgement = self.judgement.take().expect("judged");
         match (judgement.finding, judgement.assembled) {
-            (Ok(SweepFinding::Visit(finding)), _) => VisitResult {
-                verdict: finding.verdict,
-                reason: finding.report.reason,
-            },
+            (Ok(SweepFinding::Visit(finding)), _) => {
+                let result = VisitResult {
+                    verdict: finding.verdict,
+                    reason: finding.report.reason.clone(),
+                };
+                self.finding = Some(*finding);
+                result
+            }
             (Ok(SweepFinding::Reference(gamma)), Some(sweep)) => {
                 let reference = stored_reference(&self.settings, sweep.view, gamma, "of the bytes");
                 self.reference = Some(Arc::new(reference));

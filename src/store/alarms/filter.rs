@@ -9,7 +9,7 @@ use patrold_engine::novelty::NoveltyKind;
 use rusqlite::{Connection, params_from_iter};
 use std::collections::HashMap;
 
-/// Which alarms to list; `None`: any. What is asked of the thing holds of one novelty of the visit that raised the alarm.
+/// Which alarms to list; `None`: any. What is asked of the thing holds of it as it was last seen.
 #[derive(Debug, Clone, Default)]
 pub struct AlarmFilter {
     /// Last seen at or after.
@@ -156,13 +156,15 @@ impl ThingFilter {
     /// The tables of one thing of an alarm `a`, and what it is like. The indices hold all that is asked, without the records.
     fn joins_and_conditions(&self) -> (String, Conditions) {
         let mut thing = Conditions::default();
-        thing.require("n.visit_id = a.first_visit_id", []);
+        // As it was last seen.
+        thing.require("g.alarm_id = a.id AND g.visit_id = a.last_visit_id", []);
+        thing.require("n.visit_id = g.visit_id AND n.position = g.position", []);
         thing.require_some("n.kind = ?", self.kind.map(|kind| kind.as_str().to_owned()));
         thing.require_some("s.class = ?", self.class.clone());
         let longest_side = "max(s.size_x_m, s.size_y_m, s.size_z_m)";
         thing.require_some(&format!("{longest_side} >= ?"), self.min_size_m);
         thing.require_some(&format!("{longest_side} <= ?"), self.max_size_m);
-        let mut joins = "novelty n INDEXED BY novelty_by_place".to_owned();
+        let mut joins = "sighting g CROSS JOIN novelty n INDEXED BY novelty_by_place".to_owned();
         if self.class.is_some() || self.min_size_m.is_some() || self.max_size_m.is_some() {
             joins
                 .push_str(" CROSS JOIN shape s INDEXED BY shape_by_novelty ON s.novelty_id = n.id");

@@ -14,6 +14,10 @@ fn requests_of_departed_clients_are_dropped_and_no_reference_is_taken() {
         vec![
             (
                 PatrolEvent::Requested(teach(1)),
+                vec![PatrolAction::Prepare(teach(1))],
+            ),
+            (
+                PatrolEvent::Prepared(1, Ok(())),
                 vec![PatrolAction::StartSweep(teach(1))],
             ),
             (PatrolEvent::Requested(teach(2)), vec![]),
@@ -40,6 +44,10 @@ fn requests_of_departed_clients_are_dropped_and_no_reference_is_taken() {
             (PatrolEvent::Prepared(3, Ok(())), vec![]),
             (
                 PatrolEvent::Requested(teach(4)),
+                vec![PatrolAction::Prepare(teach(4))],
+            ),
+            (
+                PatrolEvent::Prepared(4, Ok(())),
                 vec![PatrolAction::StartSweep(teach(4))],
             ),
             (
@@ -53,6 +61,10 @@ fn requests_of_departed_clients_are_dropped_and_no_reference_is_taken() {
             (PatrolEvent::Judged(4, Ok(())), vec![]),
             (
                 PatrolEvent::Requested(teach(5)),
+                vec![PatrolAction::Prepare(teach(5))],
+            ),
+            (
+                PatrolEvent::Prepared(5, Ok(())),
                 vec![PatrolAction::StartSweep(teach(5))],
             ),
             (

@@ -19,6 +19,10 @@ fn settings_change_between_sweeps_only() {
             ),
             (
                 PatrolEvent::Requested(teach.clone()),
+                vec![PatrolAction::Prepare(teach.clone())],
+            ),
+            (
+                PatrolEvent::Prepared(1, Ok(())),
                 vec![PatrolAction::StartSweep(teach.clone())],
             ),
             (
@@ -94,6 +98,7 @@ fn a_shutdown_while_idle_judging_or_lost_ends() {
     let mut judging = ready();
     let teach = request(1, PatrolTask::Teach);
     judging.handle(Duration::ZERO, PatrolEvent::Requested(teach.clone()));
+    judging.handle(Duration::ZERO, PatrolEvent::Prepared(1, Ok(())));
     judging.handle(Duration::ZERO, PatrolEvent::SweepDone(1));
     let out = judging.handle(Duration::ZERO, PatrolEvent::Shutdown);
     assert!(

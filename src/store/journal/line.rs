@@ -1,7 +1,7 @@
 //! One line of the journal: a row of the database as JSON, after its checksum. The form is in docs/contract.md.
 
-use super::checksum::sha256_hex;
-use super::error::StoreError;
+use super::super::checksum::sha256_hex;
+use super::super::error::StoreError;
 use rusqlite::Row;
 use rusqlite::types::{Value, ValueRef};
 use serde_json::{Map, json};
@@ -12,21 +12,21 @@ use std::io::{self, BufRead};
 const CHECKSUM_DIGITS: usize = 16;
 
 /// The columns of a row with their values.
-pub(super) type RowValues = Vec<(String, Value)>;
+pub(in crate::store) type RowValues = Vec<(String, Value)>;
 
 /// A row as it was when the line was written.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct JournalLine {
+pub(in crate::store) struct JournalLine {
     /// Rises with every change.
-    pub(super) number: i64,
-    pub(super) table: String,
-    pub(super) id: i64,
+    pub(in crate::store) number: i64,
+    pub(in crate::store) table: String,
+    pub(in crate::store) id: i64,
     /// `None`: the row was deleted.
-    pub(super) row: Option<RowValues>,
+    pub(in crate::store) row: Option<RowValues>,
 }
 
 /// All columns of a row.
-pub(super) fn row_values(row: &Row<'_>) -> rusqlite::Result<RowValues> {
+pub(in crate::store) fn row_values(row: &Row<'_>) -> rusqlite::Result<RowValues> {
     let names: Vec<String> = row
         .as_ref()
         .column_names()
@@ -41,7 +41,7 @@ pub(super) fn row_values(row: &Row<'_>) -> rusqlite::Result<RowValues> {
 
 impl JournalLine {
     /// With its checksum and its end.
-    pub(super) fn to_text(&self) -> Result<String, StoreError> {
+    pub(in crate::store) fn to_text(&self) -> Result<String, StoreError> {
         let row = self.row.as_ref().map(|values| {
             let entry = |(name, value): &(String, Value)| (name.clone(), to_json(value.into()));
             values.iter().map(entry).collect::<Map<_, _>>()
@@ -82,7 +82,7 @@ impl JournalLine {
 ///
 /// # Errors
 /// Reading fails, or `each` does.
-pub(super) fn read_lines<E: From<io::Error>>(
+pub(in crate::store) fn read_lines<E: From<io::Error>>(
     mut journal: impl BufRead,
     mut each: impl FnMut(JournalLine) -> Result<(), E>,
 ) -> Result<usize, E> {

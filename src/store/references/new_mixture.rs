@@ -1,11 +1,11 @@
 //! Replaces the mixture of a stored reference by one that was made anew from its view.
 
-use super::checksum::sha256_hex;
-use super::connection::{RecordTime, Store};
-use super::error::StoreError;
-use super::events::insert_event;
-use super::ready_reference::{MadeAnew, ReadyReference};
-use super::references::StoredReference;
+use super::super::checksum::sha256_hex;
+use super::super::connection::{RecordTime, Store};
+use super::super::error::StoreError;
+use super::super::events::insert_event;
+use super::super::references::StoredReference;
+use super::super::references::ready_reference::{MadeAnew, ReadyReference};
 use crate::patrol::severity::Severity;
 use rusqlite::params;
 

@@ -1,6 +1,6 @@
 //! What a row has for the mixture of its reference: sound, of an earlier version, or damaged.
 
-use super::checksum::sha256_hex;
+use super::super::checksum::sha256_hex;
 use patrold_engine::blob::{decode_mixture, is_outdated_mixture};
 use patrold_engine::novelty::ReferenceMixture;
 
@@ -25,7 +25,11 @@ pub enum StoredMixture {
 
 impl StoredMixture {
     /// From the columns `mixture`, `mixture_sha256` and `model`.
-    pub(super) fn from_row(bytes: &[u8], checksum: Option<&str>, model: Option<String>) -> Self {
+    pub(in crate::store) fn from_row(
+        bytes: &[u8],
+        checksum: Option<&str>,
+        model: Option<String>,
+    ) -> Self {
         let Some(checksum) = checksum else {
             return Self::Outdated;
         };

@@ -1,7 +1,7 @@
 //! Whether the journal knows changes that the database does not: then the database was lost, or set back.
 
-use super::error::StoreError;
-use super::journal_line::{JournalLine, read_lines};
+use super::super::error::StoreError;
+use super::super::journal::line::{JournalLine, read_lines};
 use rusqlite::{Connection, OptionalExtension, params};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,7 +14,10 @@ const TAIL_BYTES: u64 = 1 << 20;
 
 /// Notes that the journal is ahead, if it is. Rows that are added from now on have numbers that no row in the journal has,
 /// so that both can be joined. Returns how many changes the database does not know.
-pub(super) fn note_journal_ahead(db: &Connection, journal: &Path) -> Result<i64, StoreError> {
+pub(in crate::store) fn note_journal_ahead(
+    db: &Connection,
+    journal: &Path,
+) -> Result<i64, StoreError> {
     let path_error = |source| StoreError::File {
         path: journal.to_owned(),
         source,
@@ -63,7 +66,11 @@ pub(super) fn note_journal_ahead(db: &Connection, journal: &Path) -> Result<i64,
 }
 
 /// Numbers of new rows of a table begin after `last`.
-pub(super) fn set_last_number(db: &Connection, table: &str, last: i64) -> Result<(), StoreError> {
+pub(in crate::store) fn set_last_number(
+    db: &Connection,
+    table: &str,
+    last: i64,
+) -> Result<(), StoreError> {
     let changed = db.execute(
         "UPDATE sqlite_sequence SET seq = max(seq, ?2) WHERE name = ?1",
         params![table, last],

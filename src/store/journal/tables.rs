@@ -1,7 +1,7 @@
 //! Which tables the journal has rows of: triggers write down every row that changes, in the transaction that changes it,
 //! whichever program runs it.
 
-use super::error::StoreError;
+use super::super::error::StoreError;
 use rusqlite::Connection;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 const LEFT_OUT: &str = "('event', 'unjournaled', 'journal_ahead')";
 
 /// Where the journal of the store in `dir` is.
-pub(super) fn journal_path(dir: &Path) -> PathBuf {
+pub(in crate::store) fn journal_path(dir: &Path) -> PathBuf {
     dir.join("blobs").join("journal.txt")
 }
 
 /// Makes every table write down its changes. Rows of a table that did not so far are written down as new.
-pub(super) fn watch_tables(db: &mut Connection) -> Result<(), StoreError> {
+pub(in crate::store) fn watch_tables(db: &mut Connection) -> Result<(), StoreError> {
     if unwatched_tables(db)?.is_empty() {
         return Ok(());
     }
@@ -32,7 +32,7 @@ pub(super) fn watch_tables(db: &mut Connection) -> Result<(), StoreError> {
 }
 
 /// As [`watch_tables`], without writing down the rows that are there.
-pub(super) fn watch_tables_from_now_on(db: &Connection) -> Result<(), StoreError> {
+pub(in crate::store) fn watch_tables_from_now_on(db: &Connection) -> Result<(), StoreError> {
     for table in unwatched_tables(db)? {
         db.execute_batch(&watching_sql(&table))?;
     }
@@ -40,7 +40,7 @@ pub(super) fn watch_tables_from_now_on(db: &Connection) -> Result<(), StoreError
 }
 
 /// The tables that the journal has rows of.
-pub(super) fn journaled_tables(db: &Connection) -> Result<Vec<String>, StoreError> {
+pub(in crate::store) fn journaled_tables(db: &Connection) -> Result<Vec<String>, StoreError> {
     names(
         db,
         &format!(

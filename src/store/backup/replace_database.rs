@@ -1,7 +1,7 @@
 //! Puts a new database in the place of an old one, which is kept under another name.
 
-use super::connection::{RecordTime, database_path};
-use super::error::StoreError;
+use super::super::connection::{RecordTime, database_path};
+use super::super::error::StoreError;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 const SUFFIXES: [&str; 2] = ["-wal", "-shm"];
 
 /// Deletes a database with its files, such as an interrupted replacement left.
-pub(super) fn remove_database(path: &Path) {
+pub(in crate::store) fn remove_database(path: &Path) {
     let _ = fs::remove_file(path);
     remove_log(path);
 }
 
 /// Deletes what belongs to a database that is about to be replaced.
-pub(super) fn remove_log(path: &Path) {
+pub(in crate::store) fn remove_log(path: &Path) {
     for suffix in SUFFIXES {
         let _ = fs::remove_file(beside(path, suffix));
     }
@@ -23,7 +23,7 @@ pub(super) fn remove_log(path: &Path) {
 
 /// Puts the database at `new` in the place of that of the store in `dir`. Returns where the old one is, if there was one;
 /// `before` is what replaced it.
-pub(super) fn put_in_place(
+pub(in crate::store) fn put_in_place(
     dir: &Path,
     new: &Path,
     before: &str,
@@ -48,7 +48,7 @@ pub(super) fn put_in_place(
 }
 
 /// Gives a file a second name, so that replacing it under the first one is a single step.
-pub(super) fn keep_as(path: &Path, kept: &Path) -> Result<(), StoreError> {
+pub(in crate::store) fn keep_as(path: &Path, kept: &Path) -> Result<(), StoreError> {
     // Of an attempt in the same second.
     let _ = fs::remove_file(kept);
     fs::hard_link(path, kept).map_err(|source| StoreError::File {
@@ -58,11 +58,11 @@ pub(super) fn keep_as(path: &Path, kept: &Path) -> Result<(), StoreError> {
 }
 
 /// Another name for a file that something replaces at that time.
-pub(super) fn aside(path: &Path, before: &str, stamp: &RecordTime) -> PathBuf {
+pub(in crate::store) fn aside(path: &Path, before: &str, stamp: &RecordTime) -> PathBuf {
     beside(path, &format!(".before-{before}-{}", stamp.at.as_second()))
 }
 
-pub(super) fn rename(from: &Path, to: &Path) -> Result<(), StoreError> {
+pub(in crate::store) fn rename(from: &Path, to: &Path) -> Result<(), StoreError> {
     fs::rename(from, to).map_err(|source| StoreError::File {
         path: from.to_owned(),
         source,

@@ -1,7 +1,7 @@
 //! From a stored reference to one that visits are compared with: its mixture as it is, or made anew from its view.
 
-use super::references::StoredReference;
-use super::stored_mixture::StoredMixture;
+use super::super::references::StoredReference;
+use super::super::references::stored_mixture::StoredMixture;
 use patrold_engine::blob::{BlobError, decode_mixture, encode_mixture};
 use patrold_engine::inspect::{EngineSettings, prepare};
 use patrold_engine::novelty::{NoveltyError, Reference};
@@ -23,7 +23,7 @@ pub struct MadeAnew {
     /// Why, for a person to read.
     pub why: String,
     /// Its stored form.
-    pub(super) bytes: Vec<u8>,
+    pub(in crate::store) bytes: Vec<u8>,
 }
 
 /// Why a stored reference cannot be compared with.
@@ -139,6 +139,11 @@ impl StoredReference {
     /// `NAME/VERSION`.
     pub fn frame(&self, waypoint: &str) -> String {
         format!("{waypoint}/{}", self.version)
+    }
+
+    /// `NAME/VERSION` of the frame that its positions are in.
+    pub fn positions_frame(&self, waypoint: &str) -> String {
+        format!("{waypoint}/{}", self.frame_version)
     }
 
     fn rebuild_command(&self, waypoint: &str) -> String {
