@@ -42,9 +42,7 @@ fn visit_text(visit: &VisitReply) -> String {
         lines.push(format!("  d_GMM {d_gmm:.6}, U_th {:.6}", visit.u_th));
     }
     if let Some(why) = &visit.not_stored_because {
-        lines.push(format!(
-            "  NOT STORED: {why}; the service holds it and writes it at the first chance"
-        ));
+        lines.push(format!("  NOT STORED: {why}"));
     }
     if let Some(why) = &visit.evidence_missing_because {
         lines.push(format!("  its sweep is not stored yet: {why}"));

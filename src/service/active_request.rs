@@ -171,11 +171,17 @@ impl ActiveRequest {
             places: finding.map_or(&[], |f| &f.places),
             same_place_m: settings.alarms.same_place_m,
         };
-        let (outcome, held) = match ledger.record_visit(&visit, now) {
+        let (outcome, not_stored_because) = match ledger.record_visit(&visit, now) {
             Ok(VisitRecord::Stored(outcome)) => (Some(outcome), None),
-            Ok(VisitRecord::Held(why)) => (None, Some(why)),
+            Ok(VisitRecord::Held(why)) => (
+                None,
+                Some(format!("{why}; held and written at the first chance")),
+            ),
+            Ok(VisitRecord::Dropped(why)) => (None, Some(format!("{why}; not held: too many are"))),
             // A lost database: there is no row to write to, and still an answer.
-            Err(why @ StoreError::UnknownWaypoint { .. }) if finding.is_none() => (None, Some(why)),
+            Err(why @ StoreError::UnknownWaypoint { .. }) if finding.is_none() => {
+                (None, Some(why.to_string()))
+            }
             Err(error) => return Err(error),
         };
         let outcome = outcome.as_ref();
@@ -186,7 +192,7 @@ impl ActiveRequest {
             reason: reason.to_owned(),
             visit_id: outcome.map(|outcome| outcome.visit_id),
             stored: outcome.is_some(),
-            not_stored_because: held.as_ref().map(ToString::to_string),
+            not_stored_because,
             evidence_missing_because: outcome.and_then(|o| o.evidence_missing.clone()),
             alarm: outcome.and_then(alarm_reply),
             alarms: outcome.map(alarms_seen).unwrap_or_default(),

@@ -49,6 +49,9 @@ impl Store {
         to: &Path,
         mut progress: impl FnMut(usize, usize),
     ) -> Result<BackupResult, StoreError> {
+        if let Some(dir) = self.database_path().parent() {
+            refuse_own_folder(dir, to)?;
+        }
         let disk: Arc<dyn Disk> = Arc::new(SystemDisk);
         let files = BlobFiles::create(to, Arc::clone(&disk))?;
         let new = to.join("patrold.db.new");
@@ -76,6 +79,7 @@ impl Store {
         stamp: &RecordTime,
         mut progress: impl FnMut(usize, usize),
     ) -> Result<BackupResult, StoreError> {
+        refuse_own_folder(dir, from)?;
         let backup = Self::open_for_reading(from)?;
         if let Some(error) = backup.check(|_, _| ())?.database_errors.first() {
             return Err(StoreError::BadBackup {
@@ -153,6 +157,14 @@ impl Store {
             }
         }
         Ok(result)
+    }
+}
+
+/// A folder that is not there yet is another one.
+fn refuse_own_folder(own: &Path, other: &Path) -> Result<(), StoreError> {
+    match (own.canonicalize(), other.canonicalize()) {
+        (Ok(own), Ok(other)) if own == other => Err(StoreError::OwnBackup { path: own }),
+        _ => Ok(()),
     }
 }
 

@@ -45,6 +45,12 @@ pub enum StoreError {
         /// The first error that SQLite found.
         why: String,
     },
+    /// A store as the backup of itself.
+    #[error("{}: this is the folder of the store itself; give another one", path.display())]
+    OwnBackup {
+        /// Its folder.
+        path: PathBuf,
+    },
     /// The database does not know what the files belong to.
     #[error("no reference, {files} evidence files; run patrold store rebuild")]
     DatabaseLost {

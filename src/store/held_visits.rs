@@ -16,8 +16,6 @@ const MAX_HELD_BYTES: usize = 128 << 20;
 /// A [`NewVisit`] that owns what it has, with its time.
 #[derive(Debug, Clone)]
 pub(super) struct HeldVisit {
-    /// Number within this run of the program.
-    pub(super) number: u64,
     pub(super) waypoint: String,
     pub(super) stamp: RecordTime,
     pub(super) verdict: Verdict,
@@ -82,21 +80,18 @@ impl HeldVisit {
 #[derive(Debug, Default)]
 pub(super) struct HeldVisits {
     visits: VecDeque<HeldVisit>,
-    pushed: u64,
 }
 
 impl HeldVisits {
-    /// Holds a visit and returns its number. What is beyond the bounds is dropped: of what is no change the oldest, then of
-    /// changes the newest, so that what began an alarm is kept longest.
-    pub(super) fn push(&mut self, visit: &NewVisit<'_>, stamp: &RecordTime) -> u64 {
-        self.pushed += 1;
+    /// Holds a visit; whether it is held. What is beyond the bounds is dropped: of what is no change the oldest, then of changes
+    /// the newest, so that what began an alarm is kept longest.
+    pub(super) fn push(&mut self, visit: &NewVisit<'_>, stamp: &RecordTime) -> bool {
         let sweep = visit.sweep.as_ref().map(|sweep| HeldSweep {
             view: sweep.view.cloned(),
             raw: sweep.raw.map(<[u8]>::to_vec),
             quality: sweep.quality.to_owned(),
         });
         self.visits.push_back(HeldVisit {
-            number: self.pushed,
             waypoint: visit.waypoint.to_owned(),
             stamp: stamp.clone(),
             verdict: visit.verdict,
@@ -112,10 +107,12 @@ impl HeldVisits {
             places: visit.places.to_vec(),
             same_place_m: visit.same_place_m,
         });
-        while self.visits.len() > MAX_HELD {
-            if let Some(at) = self.least_needed(|_| true) {
-                self.visits.remove(at);
-            }
+        let mut is_held = true;
+        if self.visits.len() > MAX_HELD
+            && let Some(at) = self.least_needed(|_| true)
+        {
+            is_held = at + 1 < self.visits.len();
+            self.visits.remove(at);
         }
         while self.bytes() > MAX_HELD_BYTES {
             let Some(at) = self.least_needed(|visit| visit.sweep.is_some()) else {
@@ -123,7 +120,12 @@ impl HeldVisits {
             };
             self.visits[at].sweep = None;
         }
-        self.pushed
+        is_held
+    }
+
+    /// Whether a visit of this waypoint is held.
+    pub(super) fn has_of(&self, waypoint: &str) -> bool {
+        self.visits.iter().any(|visit| visit.waypoint == waypoint)
     }
 
     fn least_needed(&self, may_be: impl Fn(&HeldVisit) -> bool) -> Option<usize> {
@@ -152,25 +154,31 @@ impl HeldVisits {
     }
 }
 
-/// Whether an alarm depends on a visit: it or a later one of its waypoint saw a change.
-pub(super) fn precedes_a_change(visit: &HeldVisit, later: &VecDeque<HeldVisit>) -> bool {
+/// Whether an alarm depends on a visit: it or a later one of its waypoint saw a change. `next` comes after all `later` ones.
+pub(super) fn precedes_a_change(
+    visit: &HeldVisit,
+    later: &VecDeque<HeldVisit>,
+    next: Option<&NewVisit<'_>>,
+) -> bool {
     let of_its_waypoint = |other: &&HeldVisit| other.waypoint == visit.waypoint;
     visit.is_changed()
         || later
             .iter()
             .filter(of_its_waypoint)
             .any(HeldVisit::is_changed)
+        || next
+            .is_some_and(|next| next.waypoint == visit.waypoint && next.verdict == Verdict::Changed)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{HeldVisits, MAX_HELD, MAX_HELD_BYTES};
+    use super::{HeldVisit, HeldVisits, MAX_HELD, MAX_HELD_BYTES};
     use crate::store::{NewVisit, RecordTime, SweepRecord};
     use patrold_engine::novelty::Verdict;
 
-    fn push(held: &mut HeldVisits, verdict: Verdict, raw: &[u8]) -> u64 {
+    fn push(held: &mut HeldVisits, second: usize, verdict: Verdict, raw: &[u8]) -> bool {
         let stamp = RecordTime {
-            at: jiff::Timestamp::UNIX_EPOCH,
+            at: jiff::Timestamp::from_second(second as i64).expect("a time"),
             boot_id: "boot".to_owned(),
         };
         let visit = NewVisit {
@@ -195,36 +203,37 @@ mod tests {
         held.push(&visit, &stamp)
     }
 
-    fn numbers(held: &HeldVisits) -> Vec<u64> {
-        held.visits.iter().map(|visit| visit.number).collect()
+    fn seconds(held: &HeldVisits) -> Vec<usize> {
+        let second = |visit: &HeldVisit| visit.stamp.at.as_second() as usize;
+        held.visits.iter().map(second).collect()
     }
 
     #[test]
     fn the_oldest_changes_are_kept_longest() {
         let mut held = HeldVisits::default();
-        push(&mut held, Verdict::Changed, b"");
-        push(&mut held, Verdict::Quiet, b"");
-        push(&mut held, Verdict::NotObserved, b"");
-        for _ in 3..MAX_HELD {
-            push(&mut held, Verdict::Changed, b"");
+        for second in 0..MAX_HELD {
+            let verdict = match second {
+                1 => Verdict::Quiet,
+                2 => Verdict::NotObserved,
+                _ => Verdict::Changed,
+            };
+            assert!(push(&mut held, second, verdict, b""));
         }
-        assert_eq!(held.len(), MAX_HELD);
-        let last = MAX_HELD as u64;
-        push(&mut held, Verdict::Changed, b"");
-        push(&mut held, Verdict::Changed, b"");
-        let kept: Vec<u64> = [1].into_iter().chain(4..=last + 2).collect();
-        assert_eq!(numbers(&held), kept, "what is no change went first");
-        push(&mut held, Verdict::Changed, b"");
-        assert_eq!(numbers(&held), kept, "then the newest change");
+        assert!(push(&mut held, MAX_HELD, Verdict::Changed, b""));
+        assert!(push(&mut held, MAX_HELD + 1, Verdict::Changed, b""));
+        let kept: Vec<usize> = [0].into_iter().chain(3..MAX_HELD + 2).collect();
+        assert_eq!(seconds(&held), kept, "what is no change went first");
+        assert!(!push(&mut held, MAX_HELD + 2, Verdict::Changed, b""));
+        assert_eq!(seconds(&held), kept, "then the newest change");
     }
 
     #[test]
     fn sweeps_beyond_the_bound_are_dropped_and_their_verdicts_are_not() {
         let mut held = HeldVisits::default();
         let big = vec![0; MAX_HELD_BYTES / 2];
-        push(&mut held, Verdict::Changed, &big);
-        push(&mut held, Verdict::Quiet, &big);
-        push(&mut held, Verdict::Changed, &big);
+        push(&mut held, 0, Verdict::Changed, &big);
+        push(&mut held, 1, Verdict::Quiet, &big);
+        push(&mut held, 2, Verdict::Changed, &big);
         let with_sweep = |held: &HeldVisits| -> Vec<bool> {
             held.visits
                 .iter()
@@ -232,7 +241,7 @@ mod tests {
                 .collect()
         };
         assert_eq!(with_sweep(&held), [true, false, true]);
-        push(&mut held, Verdict::Changed, b"a little more");
+        push(&mut held, 3, Verdict::Changed, b"a little more");
         assert_eq!(with_sweep(&held), [true, false, true, false]);
     }
 }

@@ -6,7 +6,7 @@ use super::error::StoreError;
 use super::held_visits::{HeldVisits, precedes_a_change};
 use super::sweeps::{SweepFiles, SweepRecord};
 use super::visits::{NewVisit, VisitOutcome};
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeSet, VecDeque};
 
 /// Bytes of evidence that wait in memory at most, beside those of held visits.
 const MAX_WAITING_BYTES: u64 = 128 << 20;
@@ -19,6 +19,8 @@ pub struct Ledger {
     held: HeldVisits,
     /// Files of sweeps whose rows are stored, oldest first.
     waiting: VecDeque<(i64, SweepFiles)>,
+    /// What became of held visits since the last [`retry`](Self::retry).
+    unreported: RetryResult,
 }
 
 /// What became of a visit.
@@ -28,6 +30,8 @@ pub enum VisitRecord {
     Stored(VisitOutcome),
     /// It is held in memory, because of this.
     Held(StoreError),
+    /// Nor is it held, because as many are as can be: the answer to the client is all that there is of it.
+    Dropped(StoreError),
 }
 
 /// What became of what was held.
@@ -54,6 +58,7 @@ impl Ledger {
             store,
             held: HeldVisits::default(),
             waiting: VecDeque::new(),
+            unreported: RetryResult::default(),
         }
     }
 
@@ -66,33 +71,33 @@ impl Ledger {
         visit: &NewVisit<'_>,
         stamp: &RecordTime,
     ) -> Result<VisitRecord, StoreError> {
-        if self.held.len() > 0 {
-            let number = self.held.push(visit, stamp);
-            let (mut outcomes, why) = self.write_held(&mut RetryResult::default());
-            return match (outcomes.remove(&number), why) {
-                (Some(outcome), _) => outcome.map(VisitRecord::Stored),
-                (None, Some(why)) => Ok(VisitRecord::Held(why)),
-                // Unreachable: a visit is stored, refused, or held for a reason.
-                (None, None) => Err(StoreError::UnknownVisit(0)),
-            };
+        let why = self.write_held(Some(visit));
+        let blocks = |why: &StoreError| !why.is_lack_of_space() || self.held.has_of(visit.waypoint);
+        if let Some(why) = why.filter(blocks) {
+            return Ok(self.hold(visit, stamp, why));
         }
         match self.store.record_visit(visit, stamp) {
             Ok(outcome) => {
                 self.keep_evidence(visit, &outcome);
                 Ok(VisitRecord::Stored(outcome))
             }
-            Err(why) if why.is_of_storage() => {
-                self.held.push(visit, stamp);
-                Ok(VisitRecord::Held(why))
-            }
+            Err(why) if why.is_of_storage() => Ok(self.hold(visit, stamp, why)),
             Err(error) => Err(error),
+        }
+    }
+
+    fn hold(&mut self, visit: &NewVisit<'_>, stamp: &RecordTime, why: StoreError) -> VisitRecord {
+        if self.held.push(visit, stamp) {
+            VisitRecord::Held(why)
+        } else {
+            VisitRecord::Dropped(why)
         }
     }
 
     /// Tries to write what is held: visits, then evidence.
     pub fn retry(&mut self) -> RetryResult {
-        let mut result = RetryResult::default();
-        let (_, why) = self.write_held(&mut result);
+        let why = self.write_held(None);
+        let mut result = std::mem::take(&mut self.unreported);
         result.why = why;
         while let Some((sweep_id, files)) = self.waiting.pop_front() {
             match self.store.write_evidence_again(sweep_id, &files) {
@@ -120,15 +125,9 @@ impl Ledger {
     }
 
     /// Writes held visits in their order. Where only the reserve is left, a waypoint's visits before its last change are
-    /// written too, because what a change means depends on them; the rest waits.
-    fn write_held(
-        &mut self,
-        result: &mut RetryResult,
-    ) -> (
-        BTreeMap<u64, Result<VisitOutcome, StoreError>>,
-        Option<StoreError>,
-    ) {
-        let mut outcomes = BTreeMap::new();
+    /// written too, because what a change means depends on them; the rest waits. `next` is the visit that comes after them.
+    /// Returns why something is left.
+    fn write_held(&mut self, next: Option<&NewVisit<'_>>) -> Option<StoreError> {
         let mut left = VecDeque::new();
         let mut blocked = BTreeSet::new();
         let mut why: Option<StoreError> = None;
@@ -139,7 +138,7 @@ impl Ledger {
                 left.push_back(held);
                 continue;
             }
-            let may_use_reserve = precedes_a_change(&held, &queue);
+            let may_use_reserve = precedes_a_change(&held, &queue, next);
             let visit = held.visit();
             let recorded = self
                 .store
@@ -147,28 +146,26 @@ impl Ledger {
             match recorded {
                 Ok(outcome) => {
                     self.keep_evidence(&visit, &outcome);
-                    let stored = (held.waypoint.clone(), held.stamp.clone(), outcome.clone());
-                    result.stored.push(stored);
-                    outcomes.insert(held.number, Ok(outcome));
+                    let stored = (held.waypoint.clone(), held.stamp.clone(), outcome);
+                    self.unreported.stored.push(stored);
                 }
                 Err(error) if error.is_of_storage() => {
                     blocked.insert(held.waypoint.clone());
                     why = Some(error);
                     left.push_back(held);
                 }
-                Err(error) => {
+                Err(_) => {
                     let refused = StoreError::NotKept {
                         what: format!("a visit of {}", held.waypoint),
                         why: "its waypoint or reference went while it was held",
                     };
                     let of = (held.waypoint.clone(), held.stamp.clone(), refused);
-                    result.refused.push(of);
-                    outcomes.insert(held.number, Err(error));
+                    self.unreported.refused.push(of);
                 }
             }
         }
         self.held.put_back(left);
-        (outcomes, why)
+        why
     }
 
     /// Keeps the files of a sweep that could not be written. Beyond the bound they are not kept: the first evidence of an

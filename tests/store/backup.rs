@@ -109,3 +109,35 @@ fn a_backup_that_is_none_or_damaged_changes_nothing() {
     assert!(damaged.is_err(), "{damaged:?}");
     assert_eq!(rows(&live), before);
 }
+
+#[test]
+fn a_store_is_no_backup_of_itself() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let live = dir.path().join("live");
+    let other_name = dir.path().join("link");
+    std::os::unix::fs::symlink(&live, &other_name).expect("linked");
+    let store = filled(&live);
+    let before = rows(&live);
+    for to in [&live, &other_name] {
+        let refused = store.back_up(to, |_, _| ());
+        assert!(
+            matches!(refused, Err(StoreError::OwnBackup { .. })),
+            "{refused:?}"
+        );
+    }
+    store.close();
+    for from in [&live, &other_name] {
+        let refused = Store::restore(&live, from, &stamp(100), |_, _| ());
+        assert!(
+            matches!(refused, Err(StoreError::OwnBackup { .. })),
+            "{refused:?}"
+        );
+    }
+    assert_eq!(rows(&live), before);
+    let names = fs::read_dir(&live).expect("a folder");
+    let left = names.filter(|entry| {
+        let name = entry.as_ref().expect("an entry").file_name();
+        name.to_string_lossy().contains(".new") || name.to_string_lossy().contains("restore")
+    });
+    assert_eq!(left.count(), 0, "nothing was begun");
+}

@@ -154,6 +154,7 @@ fn child() {
                     assert!(why.to_string().contains("; "), "advice: {why}");
                     "held"
                 }
+                VisitRecord::Dropped(why) => panic!("one visit can be held: {why}"),
             };
             format!(
                 "{visit}, {}",

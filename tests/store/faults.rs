@@ -17,7 +17,7 @@ pub(crate) fn store_with_an_alarm(dir: &Path) -> i64 {
     raised.expect("raised")
 }
 
-/// Its ledger on a disk that works until told.
+/// A ledger on a disk that works until a fault is injected.
 fn ledger_of(dir: &Path) -> (Ledger, FaultyDisk) {
     let disk = FaultyDisk::default();
     let store = Store::open_on(dir, Arc::new(disk.clone())).expect("store");
@@ -161,6 +161,7 @@ fn check_fault(template: &Path, standing: i64, fault: Fault, at: usize, lasting:
             reported.visit = Some(outcome);
         }
         VisitRecord::Held(why) => advice(&why.to_string()),
+        VisitRecord::Dropped(why) => panic!("{what}: one visit can be held: {why}"),
     }
     if let Err(why) = &acknowledged {
         advice(&why.to_string());
@@ -394,4 +395,28 @@ fn low_space_is_reported_before_it_is_an_error() {
         assert_eq!(space.visits(), visits);
         assert_eq!((space.is_low(), space.is_ample()), (low, ample), "{visits}");
     }
+}
+
+/// As many as are held at most (`src/store/held_visits.rs`).
+const MAX_HELD: i64 = 240;
+
+#[test]
+fn a_change_after_as_many_as_can_be_held_is_stored_when_the_disk_is_well_again() {
+    let dir = fast_dir();
+    let (mut ledger, disk, _) = ledger_with_an_alarm(dir.path());
+    let reference = ledger.store.reference("yard").expect("taught").id;
+    disk.fail(Fault::Failing, 0, true);
+    for second in 0..MAX_HELD {
+        let recorded = record_of(&mut ledger, "yard", reference, 3.0, &stamp(20 + second));
+        assert!(matches!(recorded, VisitRecord::Held(_)), "{recorded:?}");
+    }
+    let one_more = record_of(&mut ledger, "yard", reference, 3.0, &stamp(20 + MAX_HELD));
+    assert!(matches!(one_more, VisitRecord::Dropped(_)), "{one_more:?}");
+    disk.heal();
+    let last = record_of(&mut ledger, "yard", reference, 3.0, &stamp(21 + MAX_HELD));
+    assert!(matches!(last, VisitRecord::Stored(_)), "{last:?}");
+    assert!(!ledger.is_behind());
+    let reported = ledger.retry().stored;
+    assert_eq!(reported.len() as i64, MAX_HELD, "each is reported");
+    assert_eq!(reported[0].1, stamp(20));
 }
