@@ -103,8 +103,9 @@ fn accept(
         frame: ReferenceFrame::Version(stored.frame_version),
     };
     let now = record_time_now();
-    store.acknowledge(id, by, None, &now)?;
     let version = store.teach(&new, &now)?;
+    // After it: an alarm that could not be accepted stays as it was.
+    store.acknowledge(id, by, None, &now)?;
     let text = format!("alarm {id} accepted by {by}: reference {waypoint}/{version}");
     store.note_event(Severity::Info, "service", &text, &now)?;
     Ok(AcceptReport {

@@ -1,0 +1,140 @@
+//! Taking a reference: what refuses it, and what `alarms accept` makes normal without one.
+
+use super::harness::{ScriptedScanner, ScriptedSweep, TestService, configure};
+use super::{AFTER, BEFORE, events, process};
+use patrold::store::Store;
+use std::path::Path;
+
+#[test]
+fn a_teach_whose_client_disconnected_leaves_no_reference() {
+    use std::io::Write as _;
+    let dir = tempfile::tempdir().expect("temp dir");
+    configure(dir.path(), "");
+    let service = TestService::start(dir.path(), &ScriptedScanner::new(ScriptedSweep::Endless));
+    let teach = |waypoint: &str| {
+        let mut stream =
+            std::os::unix::net::UnixStream::connect(service.socket()).expect("the socket listens");
+        let body = format!("{{\"waypoint\": {waypoint:?}}}");
+        write!(
+            stream,
+            "POST /teach HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\n\
+             content-length: {}\r\n\r\n{body}",
+            body.len()
+        )
+        .expect("sent");
+        stream
+    };
+    let first = teach("a");
+    service.until("it is sweeping", |s| s.status()["phase"] == "sweeping");
+    let second = teach("b");
+    service.until("the second waits", |s| s.status()["waiting"] == 1);
+    drop(second);
+    service.until("the second is dropped", |s| s.status()["waiting"] == 0);
+    drop(first);
+    service.until("the first is cancelled", |s| s.status()["phase"] == "idle");
+    assert_eq!(service.scanner.script().sweeps, 1, "no sweep for b");
+    service.scanner.script().sweep = BEFORE;
+    assert_eq!(service.post("/teach", "c").status, 200);
+    let logged = events(&service);
+    for text in ["teach a dropped: the client", "teach b dropped: the client"] {
+        assert!(logged.iter().any(|e| e.starts_with(text)), "{logged:?}");
+    }
+    let store = Store::open_for_reading(&service.dir.join("store"))
+        .expect("readable while the service runs");
+    let names = store.waypoints().expect("waypoints");
+    assert_eq!(names.len(), 1, "only c");
+    service.stop();
+}
+
+#[test]
+fn teaching_over_an_alarm_is_a_decision_and_accepting_it_needs_no_drive() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    configure(dir.path(), "");
+    let service = TestService::start(dir.path(), &ScriptedScanner::new(BEFORE));
+    assert_eq!(service.post("/teach", "hall").status, 200);
+    let sweeps = service.scanner.script().sweeps;
+    let slip = service.post("/teach", "halls");
+    assert_eq!(slip.status, 409, "{}", slip.error());
+    assert!(
+        slip.error()
+            .contains("but \"hall\"; for a new one give --new")
+    );
+    assert_eq!(service.visit(AFTER)["alarm"]["id"], 1);
+    let refused = service.post("/teach", "hall");
+    assert_eq!(refused.status, 409);
+    assert!(
+        refused.error().contains("hall: alarm 1 is not cleared"),
+        "{}",
+        refused.error()
+    );
+    assert_eq!(
+        service.scanner.script().sweeps,
+        sweeps + 1,
+        "no sweep for these"
+    );
+
+    accept_without_room(dir.path());
+    assert_eq!(alarm_state(&service), "open", "nobody has seen to it");
+    let accept = || {
+        let run = process::patrold(dir.path(), &["alarms", "accept", "1", "--by", "ana"]).output();
+        run.expect("runs")
+    };
+    let accepted = accept();
+    let text = String::from_utf8_lossy(&accepted.stdout).into_owned();
+    assert_eq!(
+        text.trim(),
+        "alarm 1: normal from reference hall/2 on",
+        "{accepted:?}"
+    );
+    assert_eq!(accept().status.code(), Some(1), "once");
+    // The box is normal, and so is what it hides; without it, the place has changed.
+    let with = service.visit(AFTER);
+    assert_eq!(
+        (&with["verdict"], &with["frame"]),
+        (&"quiet".into(), &"hall/1".into()),
+        "{with}"
+    );
+    assert_eq!(
+        with["novelties"].as_array().map(Vec::len),
+        Some(0),
+        "{with}"
+    );
+    let without = service.visit(BEFORE);
+    assert_eq!(without["verdict"], "changed", "{without}");
+    assert_eq!(without["novelties"][0]["kind"], "disappeared");
+
+    let other = service.request("POST", "/teach", r#"{"waypoint": "hall", "accept": [1]}"#);
+    assert_eq!(other.status, 409, "alarm 1 is over, 2 stands");
+    let taught = service.request("POST", "/teach", r#"{"waypoint": "hall", "accept": [2]}"#);
+    assert_eq!(taught.status, 200, "{}", taught.json());
+    assert_eq!(service.visit(BEFORE)["verdict"], "quiet");
+    let is_accepted = |text: &String| {
+        text.starts_with("alarm 1 accepted by ana (user ") && text.ends_with(": reference hall/2")
+    };
+    assert!(events(&service).iter().any(is_accepted));
+}
+
+fn alarm_state(service: &TestService) -> String {
+    let store = Store::open_for_reading(&service.dir.join("store")).expect("readable");
+    store.alarm(1).expect("raised").state
+}
+
+/// Tries to accept alarm 1 where no file may become as long as the view of a reference.
+fn accept_without_room(dir: &Path) {
+    let blobs = std::fs::read_dir(dir.join("store/blobs")).expect("evidence");
+    let length = |entry: std::io::Result<std::fs::DirEntry>| {
+        let about = entry.expect("an entry").metadata().expect("its size");
+        about.len()
+    };
+    let longest = blobs.map(length).max().expect("files");
+    // POSIX counts in blocks of 512 bytes.
+    let limit = format!("ulimit -f {}; exec \"$0\" \"$@\"", longest / 1024);
+    let accept = process::patrold(dir, &["alarms", "accept", "1", "--by", "bo"]);
+    let run = std::process::Command::new("sh")
+        .args(["-c", &limit])
+        .arg(accept.get_program())
+        .args(accept.get_args())
+        .output()
+        .expect("runs");
+    assert!(!run.status.success(), "{run:?}");
+}
