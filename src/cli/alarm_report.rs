@@ -46,7 +46,7 @@ pub(super) fn alarm_table(alarms: &[AlarmRow]) -> String {
 }
 
 /// The thing as it was last seen.
-fn current(alarm: &AlarmRow) -> &[NoveltyRecord] {
+pub(super) fn current(alarm: &AlarmRow) -> &[NoveltyRecord] {
     let last = alarm.last_sighting.as_ref();
     last.map_or(&alarm.novelties, |last| &last.novelties)
 }

@@ -5,6 +5,7 @@ use super::alarm_report::{
     CSV_HEADER, alarm_csv, alarm_json, alarm_json_for_guard, alarm_table, alarm_text,
 };
 use super::failure::{CommandResult, DONE, Failure};
+use super::local_time::local_time;
 use super::operator::operator;
 use super::{alarm_accept, config, files, output};
 use crate::alarm::{AlarmAnswer, floor_height_m};
@@ -86,7 +87,7 @@ struct AcceptArgs {
 enum ExportFormat {
     /// One JSON object per alarm
     Jsonl,
-    /// One line per novelty
+    /// One line per alarm, as it was last seen
     Csv,
 }
 
@@ -152,7 +153,9 @@ fn list(args: &AlarmsArgs, filters: &AlarmFilterArgs, settings: &Settings) -> Co
     for row in health {
         output::line(format!(
             "health: {} since {}: {}",
-            row.subject, row.since, row.reason
+            row.subject,
+            local_time(&row.since, false),
+            row.reason
         ))?;
     }
     Ok(DONE)

@@ -106,8 +106,7 @@ fn read_log(settings: &Settings, report: &mut StatusReport) -> Result<(), Failur
 
 fn incident(alarm: AlarmRow) -> IncidentReport {
     IncidentReport {
-        what: alarm
-            .novelties
+        what: alarm_report::current(&alarm)
             .iter()
             .map(alarm_report::novelty_text)
             .collect(),

@@ -2,8 +2,9 @@
 
 use crate::harness::program::patrold;
 use crate::harness::schema;
-use crate::log::{ids, run, store_folder};
+use crate::log::{ids, novelty, run, store_folder, visit};
 use patrold::store::Store;
+use patrold_engine::novelty::Verdict;
 use serde_json::json;
 use std::fs;
 
@@ -181,4 +182,23 @@ fn options_may_stand_before_and_after_the_action() {
         let ran = run(dir.path(), contradictory);
         assert_eq!((ran.code, ran.out.as_str()), (2, ""), "{contradictory:?}");
     }
+}
+
+#[test]
+fn the_status_shows_things_as_they_were_last_seen() {
+    let dir = store_folder();
+    let mut store = Store::open(&dir.path().join("store")).expect("store");
+    let seen = [novelty(3.06), novelty(5.0)];
+    visit(&mut store, "hall", Verdict::Changed, &seen, 14_400);
+    store.close();
+    let ran = run(dir.path(), &["status", "--json"]);
+    let json = ran.json();
+    schema::check("status-report", &json);
+    let incidents = json["incidents"].as_array().expect("a list");
+    let what = |id: i64| {
+        let found = incidents.iter().find(|incident| incident["id"] == id);
+        found.expect("it stands")["what"][0].as_str().expect("text")
+    };
+    assert!(what(3).contains("at 3.06, 0.00, 0.00"), "{}", what(3));
+    assert!(what(4).contains("at 5.00, 0.00, 0.00"), "{}", what(4));
 }
