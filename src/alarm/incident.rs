@@ -63,6 +63,9 @@ pub enum Relation {
 }
 
 impl Relation {
+    /// Those after which later sightings are compared with this one.
+    pub const ANCHORS: [Self; 4] = [Self::Raised, Self::Moved, Self::Changed, Self::Back];
+
     /// As in the database and in JSON.
     pub fn as_str(self) -> &'static str {
         match self {
@@ -86,10 +89,7 @@ impl Relation {
 
     /// Whether later sightings are compared with this one.
     pub fn sets_anchor(self) -> bool {
-        matches!(
-            self,
-            Self::Raised | Self::Moved | Self::Changed | Self::Back
-        )
+        Self::ANCHORS.contains(&self)
     }
 }
 

@@ -57,7 +57,7 @@ pub(super) struct SweepJudgement {
     pub(super) finding: Result<SweepFinding, String>,
     /// Why the head is to be homed and the place swept again before there is a finding.
     pub(super) suspected_lost_steps: Option<String>,
-    /// Why the sweep itself cannot be judged, whatever stands there.
+    /// Why the sweep itself cannot be judged, independent of the scene.
     pub(super) sweep_fault: Option<String>,
     /// The reference, where its mixture was made anew and is to be stored.
     pub(super) made_anew: Option<Arc<ReadyReference>>,

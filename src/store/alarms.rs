@@ -1,14 +1,15 @@
-//! The alarm log: alarms are raised, extended, acknowledged, cleared and listed.
+//! The alarm log: alarms are listed, acknowledged and answered; what visits do to them is in `incidents`.
 
-pub(super) mod incidents;
-pub(super) mod health;
 mod answers;
 mod filter;
+pub(super) mod health;
+pub(super) mod incidents;
 
 pub use filter::{AlarmFilter, FloorPlace, NearFilter, ThingFilter};
 
 use super::connection::{RecordTime, Store};
 use super::error::StoreError;
+use super::lookup::frame_name;
 use super::novelties::read_novelty;
 use super::time_range::is_clock_unset;
 use super::visit_log::ground_of;
@@ -110,8 +111,8 @@ pub struct AlarmRow {
 
 const SELECT: &str = "
     SELECT a.id, w.name, a.state, a.raised_at, a.last_seen_at, a.visits, a.boot_id, v.d_gmm, v.u_th, v.reason,
-           v.id, r.version, a.acknowledged_at, a.acknowledged_by, a.note, a.cleared_at, a.cleared_because, v.engine,
-           coalesce(r.frame_version, r.version), a.unobserved_since
+           v.id, coalesce(r.frame_version, r.version), a.acknowledged_at, a.acknowledged_by, a.note, a.cleared_at, a.cleared_because, v.engine,
+           a.unobserved_since
     FROM alarm a JOIN waypoint w ON w.id = a.waypoint_id
     JOIN visit v ON v.id = a.first_visit_id
     LEFT JOIN reference r ON r.id = v.reference_id";
@@ -268,13 +269,9 @@ fn sighting_rows(db: &Connection, alarm_id: i64) -> Result<Vec<SightingRow>, Sto
     Ok(rows.collect::<Result<_, _>>()?)
 }
 
-pub(super) fn frame_name(waypoint: &str, version: Option<i64>) -> String {
-    version.map_or_else(|| waypoint.to_owned(), |v| format!("{waypoint}/{v}"))
-}
-
 fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<AlarmRow> {
     let waypoint: String = row.get(1)?;
-    let frame = frame_name(&waypoint, row.get(18)?);
+    let frame = frame_name(&waypoint, row.get(11)?);
     let [raised_at, last_seen_at]: [String; 2] = [row.get(3)?, row.get(4)?];
     Ok(AlarmRow {
         id: row.get(0)?,
@@ -294,7 +291,7 @@ fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<AlarmRow> {
         novelties: Vec::new(),
         score: None,
         last_sighting: None,
-        unobserved_since: row.get(19)?,
+        unobserved_since: row.get(18)?,
         sightings: None,
         acknowledged_at: row.get(12)?,
         acknowledged_by: row.get(13)?,

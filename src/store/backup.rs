@@ -3,9 +3,6 @@
 
 pub(super) mod replace_database;
 
-use super::backup::replace_database::{
-    aside, keep_as, put_in_place, remove_database, remove_log, rename,
-};
 use super::blob_files::BlobFiles;
 use super::check::StoreCheck;
 use super::connection::{RecordTime, Store, database_path};
@@ -13,6 +10,7 @@ use super::disk::{Disk, SystemDisk};
 use super::error::StoreError;
 use super::journal::line::{JournalLine, read_lines};
 use super::journal::tables::journal_path;
+use replace_database::{aside, keep_as, put_in_place, remove_database, remove_log, rename};
 use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{Connection, OptionalExtension, ffi};
 use serde::Serialize;

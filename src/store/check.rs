@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::fs::File;
 use std::io::{self, BufReader};
 
-/// Errors of the database that are listed at most; the first ones tell what kind it is.
+/// Errors of the database that are listed at most; the first ones show the kind of damage.
 const MAX_DATABASE_ERRORS: u32 = 20;
 
 /// What a check found.

@@ -200,7 +200,7 @@ impl Store {
         if !self.reserve.is_released() {
             return Ok(());
         }
-        // A disk that does not tell is tried.
+        // Where the free space is unknown, the write is tried.
         let free_bytes = self.disk.free_bytes(&self.path).unwrap_or(u64::MAX);
         if free_bytes >= RESERVE_BYTES.saturating_add(bytes) {
             return Ok(());

@@ -4,13 +4,13 @@
 //! Triggers write down which rows changed, in the transaction that changes them, whoever runs it; so a line that could not be
 //! appended is appended later. A row may be there several times; the last one counts.
 
-pub(super) mod tables;
-pub(super) mod position;
 pub(super) mod line;
+pub(super) mod position;
+pub(super) mod tables;
 
 use super::connection::Store;
 use super::error::StoreError;
-use super::journal::line::{JournalLine, row_values};
+use line::{JournalLine, row_values};
 use rusqlite::{OptionalExtension, Transaction};
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -19,6 +19,7 @@ use std::path::Path;
 
 /// Rows appended at a time: bounds the memory after a migration, when all of them are new.
 const ROWS_AT_A_TIME: u32 = 500;
+
 impl Store {
     /// Appends the rows that changed to the journal. Returns how many.
     ///

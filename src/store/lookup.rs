@@ -32,6 +32,11 @@ pub(super) fn waypoint_ids_in_log(db: &Connection, name: &str) -> Result<Vec<i64
     Ok(ids.collect::<Result<_, _>>()?)
 }
 
+/// Frame of positions: NAME/VERSION of the reference, the name alone where there is none.
+pub(super) fn frame_name(waypoint: &str, version: Option<i64>) -> String {
+    version.map_or_else(|| waypoint.to_owned(), |v| format!("{waypoint}/{v}"))
+}
+
 fn join_names(db: &Connection, condition: &str) -> Result<String, StoreError> {
     let sql = format!("SELECT DISTINCT name FROM waypoint {condition} ORDER BY name");
     let mut query = db.prepare(&sql)?;

@@ -76,7 +76,7 @@ fn each_visit(
         };
         Ok(past_distance(row.get(0)?, row.get(1)?, case))
     };
-    give(db, &sql, &conditions, past, each)
+    give(db, &sql, conditions.values(), past, each)
 }
 
 /// An alarm has the greatest distance of its visits.
@@ -110,11 +110,7 @@ fn each_alarm(
                 (SELECT answer FROM alarm_answer s WHERE s.alarm_id = a.id ORDER BY s.id DESC LIMIT 1)
          FROM alarm a {condition} ORDER BY a.id"
     );
-    let mut all = Conditions::default();
-    all.require(
-        "",
-        of_alarm.values().iter().chain(conditions.values()).cloned(),
-    );
+    let values = [of_alarm.values(), conditions.values()].concat();
     let past = |row: &Row<'_>| {
         let answer: Option<String> = row.get(2)?;
         let answer = answer.and_then(|text| AlarmAnswer::from_text(&text));
@@ -124,7 +120,7 @@ fn each_alarm(
             PastCase::Alarm(answer),
         ))
     };
-    give(db, &sql, &all, past, each)
+    give(db, &sql, &values, past, each)
 }
 
 fn past_distance(id: i64, d_gmm: f64, case: PastCase) -> PastDistance {
@@ -143,12 +139,12 @@ fn require_ground(conditions: &mut Conditions, ground: &str) {
 fn give(
     db: &Connection,
     sql: &str,
-    values: &Conditions,
+    values: &[Value],
     past: impl Fn(&Row<'_>) -> rusqlite::Result<PastDistance>,
     each: &mut dyn FnMut(&PastDistance),
 ) -> Result<(), StoreError> {
     let mut query = db.prepare_cached(sql)?;
-    let mut rows = query.query(params_from_iter(values.values()))?;
+    let mut rows = query.query(params_from_iter(values))?;
     while let Some(row) = rows.next()? {
         each(&past(row)?);
     }

@@ -1,15 +1,14 @@
 //! References of waypoints. Each `teach` adds a version; the newest is in use, older ones are kept.
 
-pub(super) mod stored_mixture;
-pub(super) mod ready_reference;
 pub(super) mod new_mixture;
+pub(super) mod ready_reference;
+pub(super) mod stored_mixture;
 
 use super::alarms::incidents::{clear_alarms, standing_alarms};
 use super::checksum::sha256_hex;
 use super::connection::{RecordTime, Store};
 use super::error::StoreError;
 use super::lookup::{find_waypoint_id, newest_reference_id, waypoint_id};
-use super::references::stored_mixture::StoredMixture;
 use super::sweeps::{SweepFiles, SweepRecord, insert_sweep};
 use crate::config::edit_distance;
 use nalgebra::Point3;
@@ -18,6 +17,7 @@ use patrold_engine::geometry::View;
 use patrold_engine::novelty::ReferenceMixture;
 use rusqlite::{Connection, OptionalExtension, Row, Transaction, params};
 use serde::Serialize;
+use stored_mixture::StoredMixture;
 
 /// A new name this near to a known one may be a slip of the pen: letters to insert, delete or replace.
 const MAX_NAME_EDITS: usize = 2;
@@ -120,8 +120,8 @@ impl Store {
     /// Whether a reference of this name may be taken, before anyone sweeps for it.
     ///
     /// # Errors
-    /// Alarms stand that are not among `accepted`, or `accepted` has one that does not stand there; a new name that is within
-    /// two letters of a known one, unless `new_name`.
+    /// Standing alarms of the waypoint that are not in `accepted`, or alarms in `accepted` that are none of these; a new name that
+    /// is within two letters of a known one, unless `new_name`.
     pub fn check_teach(
         &self,
         waypoint: &str,

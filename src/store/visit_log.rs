@@ -2,7 +2,7 @@
 
 use super::connection::Store;
 use super::error::StoreError;
-use super::lookup::{check_in_log, waypoint_ids_in_log};
+use super::lookup::{check_in_log, frame_name, waypoint_ids_in_log};
 use super::newest::{Conditions, newest_ids};
 use super::novelties::novelties_of_visit;
 use super::references::stored_mixture::StoredMixture;
@@ -155,7 +155,7 @@ impl Store {
         self.query(|db| {
             let found = db.query_row(SELECT, [id], |row| {
                 let (row, columns) = (read_row(row)?, row);
-                let frame = frame(&row.waypoint, columns.get(9)?);
+                let frame = frame_name(&row.waypoint, columns.get(9)?);
                 Ok(VisitDetail {
                     boot_id: columns.get(10)?,
                     seed: columns.get::<_, i64>(11)? as u64,
@@ -172,9 +172,7 @@ impl Store {
             Ok(visit)
         })
     }
-}
 
-impl Store {
     /// The mixture that a visit was compared with; `None` where it was compared with none, or the mixture is damaged or of an
     /// earlier version.
     ///
@@ -242,13 +240,6 @@ fn alarms_of_visit(db: &Connection, id: i64) -> Result<Vec<i64>, StoreError> {
     )?;
     let ids = query.query_map([id], |row| row.get(0))?;
     Ok(ids.collect::<Result<_, _>>()?)
-}
-
-fn frame(waypoint: &str, version: Option<i64>) -> String {
-    version.map_or_else(
-        || waypoint.to_owned(),
-        |version| format!("{waypoint}/{version}"),
-    )
 }
 
 fn read_row(row: &Row<'_>) -> rusqlite::Result<VisitRow> {

@@ -1,5 +1,5 @@
 //! Things that come, go, move and take each other's place in the storeroom: the emulated devices, the engine, the rule and
-//! the store together, held against what truly stands there.
+//! the store together, compared with the simulated scene.
 
 #![allow(clippy::print_stdout, reason = "it prints the figures")]
 

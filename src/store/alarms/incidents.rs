@@ -50,12 +50,14 @@ fn incidents(db: &Connection, waypoint_id: i64) -> Result<Vec<Incident>, StoreEr
     let Some(reference) = newest_reference_id(db, waypoint_id)? else {
         return Ok(Vec::new());
     };
-    let mut query = db.prepare(
+    let anchors = Relation::ANCHORS.map(|relation| format!("'{}'", relation.as_str()));
+    let anchors = anchors.join(", ");
+    let mut query = db.prepare(&format!(
         "WITH frame AS (SELECT coalesce(frame_version, version) AS version FROM reference WHERE id = ?2),
               anchor AS (
             SELECT a.id AS alarm_id, a.state, max(s.id) AS sighting_id,
                    (SELECT relation FROM sighting last WHERE last.alarm_id = a.id ORDER BY last.id DESC LIMIT 1) AS last
-            FROM alarm a JOIN sighting s ON s.alarm_id = a.id AND s.relation IN ('raised', 'moved', 'changed', 'back')
+            FROM alarm a JOIN sighting s ON s.alarm_id = a.id AND s.relation IN ({anchors})
             WHERE a.waypoint_id = ?1 GROUP BY a.id)
          SELECT n.record, n.kind, n.x_m, n.y_m, n.z_m, n.points, n.mass, n.contribution, anchor.alarm_id, anchor.state
          FROM anchor JOIN sighting s ON s.id = anchor.sighting_id
@@ -63,8 +65,8 @@ fn incidents(db: &Connection, waypoint_id: i64) -> Result<Vec<Incident>, StoreEr
          JOIN visit v ON v.id = s.visit_id JOIN reference r ON r.id = v.reference_id
          WHERE (anchor.state <> 'cleared' OR anchor.last = 'gone')
            AND coalesce(r.frame_version, r.version) = (SELECT version FROM frame)
-         ORDER BY anchor.alarm_id DESC",
-    )?;
+         ORDER BY anchor.alarm_id DESC"
+    ))?;
     let rows = query.query_map([waypoint_id, reference], read_incident)?;
     let mut gone = 0;
     let mut found = Vec::new();

@@ -1,7 +1,7 @@
 //! Whether the journal knows changes that the database does not: then the database was lost, or set back.
 
 use super::super::error::StoreError;
-use super::super::journal::line::{JournalLine, read_lines};
+use super::line::{JournalLine, read_lines};
 use rusqlite::{Connection, OptionalExtension, params};
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -4,8 +4,8 @@ use super::super::checksum::sha256_hex;
 use super::super::connection::{RecordTime, Store};
 use super::super::error::StoreError;
 use super::super::events::insert_event;
-use super::super::references::StoredReference;
-use super::super::references::ready_reference::{MadeAnew, ReadyReference};
+use super::StoredReference;
+use super::ready_reference::{MadeAnew, ReadyReference};
 use crate::patrol::severity::Severity;
 use rusqlite::params;
 

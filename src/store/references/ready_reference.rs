@@ -1,7 +1,7 @@
 //! From a stored reference to one that visits are compared with: its mixture as it is, or made anew from its view.
 
-use super::super::references::StoredReference;
-use super::super::references::stored_mixture::StoredMixture;
+use super::StoredReference;
+use super::stored_mixture::StoredMixture;
 use patrold_engine::blob::{BlobError, decode_mixture, encode_mixture};
 use patrold_engine::inspect::{EngineSettings, prepare};
 use patrold_engine::novelty::{NoveltyError, Reference};
