@@ -3,10 +3,8 @@
 
 use super::NoveltyError;
 use super::compared_mixtures::{ComparedFlow, ComparedMixtures, ResidualTransport};
+use super::constants::MAX_PLANS;
 use crate::distance::GroundDistance;
-
-/// Plans solved at most, so that the time is bounded for any input. What is left then is taken in the order of the last plan.
-const MAX_PLANS: usize = 256;
 
 /// A component that Algorithm 1 moved to Pi.
 #[derive(Debug, Clone, Copy, PartialEq)]

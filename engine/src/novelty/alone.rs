@@ -3,15 +3,13 @@
 use super::algorithm1::ChangeSegmentation;
 use super::common_surface::{WeightedCells, shared_areas};
 use super::compared_mixtures::ComparedMixtures;
+use super::constants::TOUCHING_SIGMAS;
 use super::prediction::most_likely_components;
 use super::view_pair::ViewPair;
 use super::{Evidence, NoveltyError, Segment, SegmentId, SegmentSettings, Visibility};
 use crate::geometry::Pose;
 use crate::mixture::{Gaussian, Mixture};
 use nalgebra::{Point3, Vector3};
-
-/// Standard deviations at which two ellipsoids touch.
-const TOUCHING_SIGMAS: f64 = 2.0;
 
 /// Gamma and a Theta that was fitted in the current view's own frame, each weighted by what both views could see, or shadows
 /// would move mass as well. They share no component.

@@ -1,12 +1,10 @@
 //! Gamma and Theta as they enter Eq. 6: one list of components, each with its mass in either mixture.
 
 use super::NoveltyError;
+use super::constants::ROUNDING;
 use crate::distance::{CostMatrix, GroundDistance, cost_matrix, emd_with_prices};
 use crate::mixture::{Gaussian, Mixture};
 use std::collections::HashMap;
-
-/// Differences of two masses below this are rounding of masses that sum to one.
-const ROUNDING: f64 = 1e-17;
 
 /// A Gaussian with its masses.
 #[derive(Debug, Clone, Copy, PartialEq)]

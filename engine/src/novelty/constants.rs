@@ -1,4 +1,4 @@
-//! Constants of the reference's mixture: unit and origin of each.
+//! Constants of the mixtures and their comparison: unit and origin of each.
 
 /// Mahalanobis distance up to which a component predicts a cell: 5 standard deviations of its noise and thickness, as for
 /// every other statement about one beam (`docs/novelty.md section 5`).
@@ -47,3 +47,17 @@ pub(super) const HIDDEN_PLACE_SHARE: f64 = 0.5;
 /// More of a place than this unlike the reference: the thing, or another, is there. Edges and feet of what is gone fall on
 /// surfaces.
 pub(super) const UNLIKE_PLACE_SHARE: f64 = 0.2;
+
+/// A beam that ends within this many standard deviations of its noise of a line met it, as for every other statement about
+/// one beam (`docs/novelty.md section 5`).
+pub(super) const ON_LINE_SIGMAS: f64 = 5.0;
+
+/// Standard deviations at which two ellipsoids touch: a uniform plate ends at sqrt(3) along each axis, and noise widens it.
+pub(super) const TOUCHING_SIGMAS: f64 = 2.0;
+
+/// Differences of two masses below this are rounding of masses that sum to one.
+pub(super) const ROUNDING: f64 = 1e-17;
+
+/// Plans that Algorithm 1 solves at most, so that the time is bounded for any input. What is left then is taken in the
+/// order of the last plan.
+pub(super) const MAX_PLANS: usize = 256;

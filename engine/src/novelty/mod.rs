@@ -3,10 +3,12 @@
 mod accepted;
 mod algorithm1;
 mod alone;
+mod bounding_box;
 mod common_surface;
 mod compared_mixtures;
 mod compared_view;
 mod constants;
+mod cut_parts;
 mod detect;
 mod error;
 mod evidence;

@@ -1,6 +1,7 @@
 //! Segmentation of deviating points: seeds, growth, connection, and the gates of a listed novelty
 //! (`docs/novelty.md section 6`).
 
+use super::cut_parts::join_parts;
 use super::outline::Outline;
 use super::{Evidence, ObserverView, PreparedView, Segment, SegmentSettings};
 use crate::geometry::PointGrid;
@@ -28,8 +29,18 @@ pub(super) fn segment(
             && observer.is_undersampled(own, segment, settings)
     };
     let sure = grow(own, evidence, |e| e.z, settings);
-    let mut segments = measured(&sure);
-    segments.retain(|segment| passes(segment, spacing_rad, settings) || oversampled(segment));
+    let (whole, parts): (Vec<_>, Vec<_>) = measured(&sure)
+        .into_iter()
+        .partition(|segment| passes(segment, spacing_rad, settings) || oversampled(segment));
+    let joined = join_parts(own, &whole, &parts).into_iter().zip(whole);
+    let mut segments: Vec<Segment> = joined
+        .map(|(points, segment)| {
+            if points.len() == segment.point_indices.len() {
+                return segment;
+            }
+            measure(own, evidence, points, settings)
+        })
+        .collect();
     // Where the observer's rays are further apart than an object is wide, only the nearest of them end behind it.
     let mut remaining = evidence.to_vec();
     for i in sure {

@@ -1,6 +1,7 @@
 //! Finds the surroundings of a segment. Where an object touches what was there before, its points prove no change: the foot
 //! of a box, the strip of a door expected its hinge. They belong to its shape all the same.
 
+use super::bounding_box::BoundingBox;
 use super::segment::reaches_m;
 use super::{ObserverView, PreparedView, Segment, SegmentSettings, Surroundings};
 use crate::geometry::PointGrid;
@@ -22,7 +23,7 @@ pub(super) fn surroundings(
     let middle = reaches_m.len() / 2;
     let (_, reach_m, _) = reaches_m.select_nth_unstable_by(middle, f64::total_cmp);
     let reach_m = *reach_m;
-    let bounds = BoundingBox::new(&segment_points);
+    let bounds = BoundingBox::new(segment_points.iter().copied());
     let near = |p: &Point3<f64>, within_m: f64| {
         bounds.contains(p, within_m) && grid.nearest(p, within_m).is_some()
     };
@@ -44,29 +45,6 @@ pub(super) fn surroundings(
         reach_m,
         own: own_points,
         other: other_points,
-    }
-}
-
-struct BoundingBox {
-    low: Point3<f64>,
-    high: Point3<f64>,
-}
-
-impl BoundingBox {
-    fn new(points: &[Point3<f64>]) -> Self {
-        let far = f64::INFINITY;
-        let start = Self {
-            low: Point3::new(far, far, far),
-            high: Point3::new(-far, -far, -far),
-        };
-        points.iter().fold(start, |bounds, p| Self {
-            low: bounds.low.inf(p),
-            high: bounds.high.sup(p),
-        })
-    }
-
-    fn contains(&self, p: &Point3<f64>, margin_m: f64) -> bool {
-        (0..3).all(|k| p[k] >= self.low[k] - margin_m && p[k] <= self.high[k] + margin_m)
     }
 }
 
