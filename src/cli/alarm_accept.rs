@@ -86,7 +86,7 @@ fn accept(
         );
         refused(id, why)
     })?;
-    let view = accept_novelties(&ready.reference, &current, &detection, &found);
+    let view = accept_novelties(&ready.reference, &detection, &found);
     let reference = prepare(&view, &engine, seed).map_err(Failure::failed)?;
     let new = NewReference {
         waypoint: &waypoint,

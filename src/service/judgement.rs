@@ -231,14 +231,7 @@ fn compare(
         })
         .collect();
     let watched: Vec<WatchedPlace> = basis.incidents.iter().map(Incident::place).collect();
-    let views = observe_places(
-        reference,
-        view,
-        &detection.registration,
-        &watched,
-        &engine.novelty,
-    )
-    .map_err(|error| error.to_string())?;
+    let views = observe_places(reference, detection, &watched, &engine.novelty);
     let ids = basis.incidents.iter().map(|incident| incident.id);
     let finding = Box::new(VisitFinding {
         verdict: detection.verdict,

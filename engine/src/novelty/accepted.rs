@@ -1,66 +1,47 @@
 //! A reference's view in which novelties of a visit are normal: what appeared is in it, what disappeared is not, and what was
 //! hidden at the visit was not looked at.
 
+use super::constants::SILHOUETTE_SPACINGS;
 use super::{Detection, NoveltyKind, Reference};
-use crate::geometry::View;
+use crate::geometry::{RayIndex, RaySet, View};
 use nalgebra::{Point3, Unit, Vector3};
-
-/// A ray belongs to the silhouette of a thing up to this many row spacings from the thing's own rays.
-const SILHOUETTE_SPACINGS: f64 = 1.5;
 
 /// Where a thing is in the eyes of the reference.
 struct Silhouette {
-    origin: Point3<f64>,
-    directions: Vec<(Vector3<f64>, f64)>,
-    min_cos: f64,
+    /// The thing's own rays.
+    rays: RayIndex,
+    /// A ray up to this far from the thing's own belongs to its silhouette.
+    margin_rad: f64,
 }
 
 impl Silhouette {
-    fn new(points: &[Point3<f64>], origin: Point3<f64>, spacing_rad: f64) -> Self {
-        let ray = |p: &Point3<f64>| {
-            let offset = p - origin;
-            let range_m = offset.norm();
-            (range_m > 1e-6).then(|| (offset / range_m, range_m))
-        };
+    fn new(points: Vec<Point3<f64>>, origin: Point3<f64>, spacing_rad: f64) -> Self {
+        let view = View::from_points(points, origin);
         Self {
-            origin,
-            directions: points.iter().filter_map(ray).collect(),
-            min_cos: (SILHOUETTE_SPACINGS * spacing_rad).cos(),
+            rays: RayIndex::new(RaySet::from_view(&view)),
+            margin_rad: SILHOUETTE_SPACINGS * spacing_rad,
         }
     }
 
     /// Range of the thing in this direction; `None` beside it.
     fn range_m(&self, direction: &Vector3<f64>) -> Option<f64> {
-        let nearest = self
-            .directions
-            .iter()
-            .map(|(d, range_m)| (d.dot(direction), *range_m))
-            .max_by(|a, b| a.0.total_cmp(&b.0));
-        nearest
-            .filter(|(cos, _)| *cos >= self.min_cos)
-            .map(|(_, range_m)| range_m)
+        let ray = self.rays.nearest_return(direction, self.margin_rad)?;
+        Some(self.rays.range_m(ray))
     }
 
     /// Whether `p` lies behind the thing.
     fn hides(&self, p: &Point3<f64>) -> bool {
-        let offset = p - self.origin;
-        let range_m = offset.norm();
-        range_m > 1e-6
-            && self
-                .range_m(&(offset / range_m))
-                .is_some_and(|thing_m| range_m > thing_m)
+        let offset = p - self.rays.origin();
+        let thing_m = offset.try_normalize(1e-9).and_then(|d| self.range_m(&d));
+        thing_m.is_some_and(|thing_m| offset.norm() > thing_m)
     }
 }
 
-/// The view of `reference` in which the novelties of `detection` at the positions `accepted` are normal. `current` is the
-/// visit's view. The frame stays the reference's.
-pub fn accept_novelties(
-    reference: &Reference,
-    current: &View,
-    detection: &Detection,
-    accepted: &[usize],
-) -> View {
+/// The view of `reference` in which the novelties of `detection` at the positions `accepted` are normal. The frame stays the
+/// reference's.
+pub fn accept_novelties(reference: &Reference, detection: &Detection, accepted: &[usize]) -> View {
     let taught = &reference.prepared.view;
+    let current = &detection.current.view;
     let spacing_rad = reference.prepared.rays.spacing_rad;
     let reference_from_current = detection.registration.reference_from_current();
     let mut view = taught.clone();
@@ -83,7 +64,7 @@ pub fn accept_novelties(
                     .iter()
                     .map(|k| reference_from_current.apply(&current.points[*k]))
                     .collect();
-                let thing = Silhouette::new(&points, taught.origin, spacing_rad);
+                let thing = Silhouette::new(points.clone(), taught.origin, spacing_rad);
                 for (p, removed) in taught.points.iter().zip(&mut removed) {
                     *removed |= thing.hides(p);
                 }
@@ -97,7 +78,7 @@ pub fn accept_novelties(
                     .iter()
                     .map(|k| taught.points[*k])
                     .collect();
-                let thing = Silhouette::new(&points, taught.origin, spacing_rad);
+                let thing = Silhouette::new(points, taught.origin, spacing_rad);
                 novelty
                     .point_indices
                     .iter()

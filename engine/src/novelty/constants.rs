@@ -61,3 +61,7 @@ pub(super) const ROUNDING: f64 = 1e-17;
 /// Plans that Algorithm 1 solves at most, so that the time is bounded for any input. What is left then is taken in the
 /// order of the last plan.
 pub(super) const MAX_PLANS: usize = 256;
+
+/// A ray belongs to the silhouette of a thing up to this many row spacings from the thing's own rays: between two rows there is
+/// none nearer than half a spacing, and a lost return leaves one and a half.
+pub(super) const SILHOUETTE_SPACINGS: f64 = 1.5;

@@ -61,6 +61,8 @@ pub struct Detection {
     pub overlap: [f64; 2],
     /// Gamma and Theta as they entered Eq. 6, in the reference's frame.
     pub compared: ComparedMixtures,
+    /// The current view made ready, in its own frame.
+    pub current: PreparedView,
     /// Pi of Algorithm 1, in the order in which it was taken, with d_GMM after each removal.
     pub removals: Vec<(Removal, f64)>,
 }
@@ -172,6 +174,7 @@ pub fn detect(
         },
         &settings.verdict,
     );
+    let registration = pair.registration;
     Ok(Detection {
         verdict,
         reason,
@@ -185,9 +188,10 @@ pub fn detect(
         components: change.components,
         noise: [reference_view.noise, current_view.noise],
         overlap: change.overlap,
-        registration: pair.registration,
+        registration,
         compared,
         removals: found.removals.into_iter().zip(found.d_after).collect(),
+        current: current_view,
     })
 }
 

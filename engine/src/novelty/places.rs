@@ -3,8 +3,8 @@
 use super::constants::{HIDDEN_PLACE_SHARE, PLACE_SAMPLES, PLACE_SHELL, UNLIKE_PLACE_SHARE};
 use super::stored_view::sample_component;
 use super::view_pair::ViewPair;
-use super::{NoveltyError, NoveltyKind, NoveltySettings, PreparedView, Reference, Visibility};
-use crate::geometry::{Registration, View};
+use super::{Detection, NoveltyKind, NoveltySettings, Reference, Visibility};
+use crate::geometry::Registration;
 use crate::mixture::Gaussian;
 use nalgebra::Point3;
 
@@ -28,28 +28,20 @@ pub enum PlaceView {
     Hidden,
 }
 
-/// How `current`, registered to `reference`, sees each of `places`.
-///
-/// # Errors
-/// A view with too few points, or with coordinates that are not finite.
+/// How the visit of `detection`, which was compared with `reference`, sees each of `places`.
 pub fn observe_places(
     reference: &Reference,
-    current: &View,
-    registration: &Registration,
+    detection: &Detection,
     places: &[WatchedPlace],
     settings: &NoveltySettings,
-) -> Result<Vec<PlaceView>, NoveltyError> {
-    if places.is_empty() {
-        return Ok(Vec::new());
-    }
-    let prepared = PreparedView::new(current, "current", &settings.evidence)?;
+) -> Vec<PlaceView> {
     let taught = &reference.prepared;
     let pair = |views, registration: &Registration| ViewPair {
         views,
         registration: registration.clone(),
         cross_view_noise: None,
     };
-    let of_visit = pair([taught, &prepared], registration);
+    let of_visit = pair([taught, &detection.current], &detection.registration);
     let of_reference = pair([taught, taught], &Registration::identity());
     let observe = |place: &WatchedPlace| {
         let moments = &place.moments;
@@ -71,7 +63,7 @@ pub fn observe_places(
         let seen = of_visit.visibility_of(&samples, settings);
         place_view(place.kind, &seen)
     };
-    Ok(places.iter().map(observe).collect())
+    places.iter().map(observe).collect()
 }
 
 /// Points of the reference that belong to what is missing.
