@@ -1,6 +1,7 @@
 //! Readers of recorded clouds: PLY, PCD and text.
 
-use patrold_engine::formats::{read_cloud, split_finite, write_ply};
+use nalgebra::Point3;
+use patrold_engine::formats::{MeasuredPoints, read_cloud, write_ply};
 
 /// A reader may not make more points than a file can hold; the margin is for compressed files.
 const MAX_POINTS_PER_BYTE: usize = 300;
@@ -9,11 +10,15 @@ pub(crate) fn run(data: &[u8]) {
     for extension in [None, Some("ply"), Some("pcd"), Some("xyz"), Some("txt")] {
         if let Ok(cloud) = read_cloud(data, extension) {
             assert!(cloud.points.len() <= MAX_POINTS_PER_BYTE * data.len().max(1));
-            let (finite, indices) = split_finite(&cloud.points);
-            assert!(finite.len() == indices.len() && finite.len() <= cloud.points.len());
-            let written = write_ply(&finite);
+            let measured = MeasuredPoints::of(&cloud.points, &Point3::origin());
+            assert_eq!(measured.points.len(), measured.file_index.len());
+            assert_eq!(
+                measured.points.len() + measured.dropped(),
+                cloud.points.len()
+            );
+            let written = write_ply(&measured.points);
             let reread = read_cloud(&written, Some("ply")).expect("a PLY");
-            assert_eq!(reread.points.len(), finite.len());
+            assert_eq!(reread.points.len(), measured.points.len());
         }
     }
 }
@@ -35,6 +40,8 @@ pub(crate) fn seeds() -> Vec<Vec<u8>> {
         format!("{pcd_header}DATA ascii\n1 2 3\nnan nan nan\n").into_bytes(),
         [format!("{pcd_header}DATA binary\n").as_bytes(), &[0; 24]].concat(),
         compressed,
-        b"1 2 3\n4,5,6\n# no\n7;8;9 10\n".to_vec(),
+        b"1 2 3\n4 5 6 7\n# no\n".to_vec(),
+        b"\"Z [mm]\";t;X;y\n1,5;0;2,5;-1.#IND\n".to_vec(),
+        b"//X Y Z R\n2\n0 0 0 1\n0 0 0 1\n".to_vec(),
     ]
 }

@@ -9,7 +9,6 @@ use crate::config::{self, Settings, load};
 use clap::Args;
 use nalgebra::Point3;
 use patrold_engine::formats::write_ply;
-use patrold_engine::geometry::View;
 use patrold_engine::inspect::{Engine, Inspection, inspect, prepare};
 use patrold_engine::novelty::Detection;
 use patrold_engine::report::InspectionReport;
@@ -52,13 +51,13 @@ pub(super) struct CompareArgs {
     /// Write both mixtures as compared to DIR/gamma.json and DIR/theta.json; of a manifest, to a folder for each pair
     #[arg(long, value_name = "DIR")]
     mixtures_out: Option<PathBuf>,
-    /// Position of the sensor in the reference cloud, metres
+    /// Position of the sensor in the reference cloud, metres [default: what the file says, else 0,0,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::parse_point, allow_hyphen_values = true)]
     reference_origin: Option<Point3<f64>>,
-    /// Position of the sensor in the current cloud, metres
+    /// Position of the sensor in the current cloud, metres [default: what the file says, else 0,0,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::parse_point, allow_hyphen_values = true)]
     current_origin: Option<Point3<f64>>,
-    /// Position of the sensor in both clouds, metres [default: 0,0,0]
+    /// Position of the sensor in both clouds, metres
     #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::parse_point, allow_hyphen_values = true)]
     sensor_origin: Option<Point3<f64>>,
 }
@@ -90,14 +89,17 @@ struct ComparedPairReport<'a> {
     #[serde(flatten)]
     report: &'a InspectionReport,
     dropped: [usize; 2],
+    no_return: [usize; 2],
     timing_ms: CompareTiming,
 }
 
 struct ComparedPair {
     inspection: Inspection,
     report: InspectionReport,
-    /// Non-finite points of reference and current.
+    /// Points of reference and current that were not measured.
     dropped: [usize; 2],
+    /// Those among them that say that nothing came back.
+    no_return: [usize; 2],
     timing: CompareTiming,
 }
 
@@ -219,12 +221,10 @@ fn parse_pair(entry: Value, folder: &Path, args: &CompareArgs) -> Result<CloudPa
 
 fn compare(pair: &CloudPair, settings: &Settings) -> Result<ComparedPair, Failure> {
     let mut watch = Stopwatch::start();
-    let reference = clouds::load(&pair.reference)?;
-    let current = clouds::load(&pair.current)?;
-    let origin =
-        |own: Option<[f64; 3]>| Point3::from(own.or(pair.sensor_origin).unwrap_or_default());
-    let reference_view = View::from_points(reference.points.clone(), origin(pair.reference_origin));
-    let current_view = View::from_points(current.points.clone(), origin(pair.current_origin));
+    let origin = |own: Option<[f64; 3]>| own.or(pair.sensor_origin).map(Point3::from);
+    let reference = clouds::load(&pair.reference, origin(pair.reference_origin))?;
+    let current = clouds::load(&pair.current, origin(pair.current_origin))?;
+    let (reference_view, current_view) = (reference.view(), current.view());
 
     let engine = settings.engine_settings(None);
     let seed = settings.mixture.seed;
@@ -242,7 +242,8 @@ fn compare(pair: &CloudPair, settings: &Settings) -> Result<ComparedPair, Failur
     Ok(ComparedPair {
         report: InspectionReport::new(&inspection, points, settings.novelty.engine.as_str(), seed),
         inspection,
-        dropped: [reference.dropped(), current.dropped()],
+        dropped: [&reference, &current].map(|cloud| cloud.measured.dropped()),
+        no_return: [&reference, &current].map(|cloud| cloud.measured.no_return),
         timing,
     })
 }
@@ -254,7 +255,7 @@ fn write_outputs(
 ) -> Result<(), Failure> {
     if let Some(path) = &pair.labels_out {
         let mut labels = vec!["0"; current.in_file];
-        for (index, listed) in current.file_index.iter().zip(&detection.labels) {
+        for (index, listed) in current.measured.file_index.iter().zip(&detection.labels) {
             if *listed {
                 labels[*index] = "1";
             }
@@ -280,6 +281,7 @@ fn pair_report<'a>(pair: &'a CloudPair, compared: &'a ComparedPair) -> ComparedP
         name: &pair.name,
         report: &compared.report,
         dropped: compared.dropped,
+        no_return: compared.no_return,
         timing_ms: compared.timing,
     }
 }
@@ -300,7 +302,7 @@ fn report_text(compared: &ComparedPair) -> String {
     let [dropped_reference, dropped_current] = compared.dropped;
     if dropped_reference + dropped_current > 0 {
         lines.push(format!(
-            "dropped {dropped_reference} and {dropped_current} non-finite points"
+            "dropped {dropped_reference} and {dropped_current} points that are not finite or stand for no return"
         ));
     }
     let [x, y, z] = report.pose_correction.translation;

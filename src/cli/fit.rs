@@ -84,6 +84,7 @@ struct FitReport {
     stopped: &'static str,
     points: usize,
     dropped: usize,
+    no_return: usize,
     components_by: &'static str,
     start: FitStartReport,
     runs: usize,
@@ -117,7 +118,7 @@ pub(super) fn run(args: &FitArgs) -> CommandResult {
             "--tolerance needs a number from 0, got {tolerance}"
         )));
     }
-    let cloud = clouds::load(&args.cloud)?;
+    let cloud = clouds::load(&args.cloud, None)?;
     let start = args.init.as_deref().map(read_mixture).transpose()?;
     let settings = FitSettings {
         em: EmSettings {
@@ -141,7 +142,7 @@ pub(super) fn run(args: &FitArgs) -> CommandResult {
         restarts: args.restarts,
     };
     let started = Instant::now();
-    let fitted = fit(&cloud.points, None, &settings)
+    let fitted = fit(&cloud.measured.points, None, &settings)
         .map_err(|error| files::file_error(&args.cloud, error))?;
     let fit_ms = started.elapsed().as_secs_f64() * 1e3;
     print_report(&fitted, &cloud, fit_ms, args)
@@ -161,8 +162,9 @@ fn print_report(
             StopReason::Converged => "converged",
             StopReason::IterationCap => "iteration_cap",
         },
-        points: cloud.points.len(),
-        dropped: cloud.dropped(),
+        points: cloud.measured.points.len(),
+        dropped: cloud.measured.dropped(),
+        no_return: cloud.measured.no_return,
         components_by: match args.init {
             Some(_) => "init",
             None => args.components.as_str(),

@@ -31,7 +31,11 @@ pub(super) fn load(path: &Path) -> Result<LoadedScene, Failure> {
     };
     let scene = Scene::resolve(&name, &read).map_err(Failure::failed)?;
     let cloud = match &scene.cloud {
-        Some(cloud) => Some(clouds::load(&folder.join(&cloud.file))?.points),
+        Some(cloud) => Some(
+            clouds::load(&folder.join(&cloud.file), None)?
+                .measured
+                .points,
+        ),
         None => None,
     };
     let world = scene.build(cloud.as_deref()).map_err(Failure::failed)?;

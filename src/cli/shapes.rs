@@ -23,9 +23,9 @@ pub(super) struct ShapesArgs {
     /// RANSAC on the points: all primitives, no point on two of them
     #[arg(long)]
     points: bool,
-    /// Position of the sensor in the cloud, metres
-    #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::parse_point, allow_hyphen_values = true, default_value = "0,0,0")]
-    sensor_origin: Point3<f64>,
+    /// Position of the sensor in the cloud, metres [default: what the file says, else 0,0,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::parse_point, allow_hyphen_values = true)]
+    sensor_origin: Option<Point3<f64>>,
     /// Maximum distance of a point from its surface, metres [default: from the noise]
     #[arg(long, value_name = "M")]
     epsilon: Option<f64>,
@@ -56,7 +56,7 @@ pub(super) fn run(args: &ShapesArgs) -> CommandResult {
             "--points uses RANSAC, --method covariance does not: give one of them".to_owned(),
         ));
     }
-    let cloud = clouds::load(&args.cloud)?;
+    let cloud = clouds::load(&args.cloud, args.sensor_origin)?;
     let started = Instant::now();
     let found = find_shapes(args, &cloud).map_err(|error| files::file_error(&args.cloud, error))?;
     let shape_ms = started.elapsed().as_secs_f64() * 1e3;
@@ -65,12 +65,13 @@ pub(super) fn run(args: &ShapesArgs) -> CommandResult {
     let points_on_shapes: usize = found.iter().map(|shape| shape.inliers).sum();
     let remainder = args
         .points
-        .then(|| cloud.points.len().saturating_sub(points_on_shapes));
+        .then(|| cloud.measured.points.len().saturating_sub(points_on_shapes));
     if args.json {
         let mut report = json!({
             "shapes": records,
-            "points": cloud.points.len(),
-            "dropped": cloud.dropped(),
+            "points": cloud.measured.points.len(),
+            "dropped": cloud.measured.dropped(),
+            "no_return": cloud.measured.no_return,
             "shape_ms": shape_ms,
         });
         if let Some(remainder) = remainder {
@@ -109,7 +110,7 @@ pub(super) fn run(args: &ShapesArgs) -> CommandResult {
 }
 
 fn find_shapes(args: &ShapesArgs, cloud: &clouds::LoadedCloud) -> Result<Vec<Shape>, String> {
-    let n = cloud.points.len();
+    let n = cloud.measured.points.len();
     let ransac = args
         .epsilon
         .map(|epsilon_m| RansacSettings::with_defaults(n, epsilon_m, usize::MAX));
@@ -120,14 +121,14 @@ fn find_shapes(args: &ShapesArgs, cloud: &clouds::LoadedCloud) -> Result<Vec<Sha
     if args.points {
         let normals = cloud.normals.as_deref();
         return Ok(detect_shapes(
-            &cloud.points,
+            &cloud.measured.points,
             normals,
-            &args.sensor_origin,
+            &cloud.origin,
             &settings,
             args.seed,
         ));
     }
-    let mixture = fit(&cloud.points, None, &FitSettings::default())
+    let mixture = fit(&cloud.measured.points, None, &FitSettings::default())
         .map_err(|error| error.to_string())?
         .mixture;
     let settings = match args.method {
@@ -146,10 +147,10 @@ fn find_shapes(args: &ShapesArgs, cloud: &clouds::LoadedCloud) -> Result<Vec<Sha
         }
     };
     let retrieval = retrieve(
-        &cloud.points,
+        &cloud.measured.points,
         &Surroundings::default(),
         &mixture,
-        &args.sensor_origin,
+        &cloud.origin,
         &settings,
         args.seed,
     )

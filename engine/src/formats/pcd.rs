@@ -1,12 +1,14 @@
-//! The PCD reader (Point Cloud Library, versions .5 to .7): `ascii`, `binary`, `binary_compressed`. `VIEWPOINT` is not applied:
-//! points are returned as stored.
+//! The PCD reader (Point Cloud Library, versions .5 to .7): `ascii`, `binary`, `binary_compressed`. Points are returned as
+//! stored; the position in `VIEWPOINT` is that of the sensor among them.
 
 use super::cloud::CloudFile;
+use super::columns::Columns;
 use super::error::FormatError;
 use super::lzf;
+use super::number::parse_number;
 use super::pcd_header::{FORMAT, PcdEncoding, PcdHeader, line_error, read_header};
 use super::scalar::Endian;
-use super::text::{LineReader, parse_number, quoted, words};
+use super::text::{LineReader, quoted, words};
 use nalgebra::{Point3, Vector3};
 
 /// Whether the first line that is no comment is a PCD header line, or a comment before it has the word `.PCD`.
@@ -19,8 +21,9 @@ pub(super) fn looks_like_pcd(bytes: &[u8]) -> bool {
             }
             continue;
         }
+        let keyword = words(line).next().map(<[u8]>::to_ascii_uppercase);
         return matches!(
-            words(line).next(),
+            keyword.as_deref(),
             Some(b"VERSION" | b"FIELDS" | b"COLUMNS")
         );
     }
@@ -67,7 +70,7 @@ fn byte_error(byte: usize, expected: impl Into<String>, got: impl Into<String>) 
     }
 }
 
-/// Indices of the fields with coordinates and normal.
+/// The fields with coordinates and normal.
 struct PcdColumns {
     xyz: [usize; 3],
     normal: Option<[usize; 3]>,
@@ -75,24 +78,15 @@ struct PcdColumns {
 
 impl PcdColumns {
     fn new(header: &PcdHeader, lines: &LineReader<'_>) -> Result<Self, FormatError> {
-        let find = |name: &str| {
-            header
-                .fields
-                .iter()
-                .position(|f| f.name == name.as_bytes() && f.count == 1)
-        };
-        let three = |names: [&str; 3]| match names.map(find) {
-            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
-            _ => None,
-        };
-        let xyz = three(["x", "y", "z"]).ok_or_else(|| {
+        let names = header.fields.iter().map(|field| {
+            let name = std::str::from_utf8(&field.name).ok()?;
+            (field.count == 1).then_some(name)
+        });
+        let Columns { xyz, normal, .. } = Columns::find(names).ok_or_else(|| {
             let names: Vec<&[u8]> = header.fields.iter().map(|f| f.name.as_slice()).collect();
             line_error(lines, "fields x y z", quoted(&names.join(&b' ')))
         })?;
-        Ok(Self {
-            xyz,
-            normal: three(["normal_x", "normal_y", "normal_z"]),
-        })
+        Ok(Self { xyz, normal })
     }
 
     /// Reads `points` points from binary columns; `column` gives for a field its bytes, first offset and stride.
@@ -115,6 +109,7 @@ impl PcdColumns {
         CloudFile {
             points: triples(self.xyz).map(Point3::from).collect(),
             normals: self.normal.map(|n| triples(n).map(Vector3::from).collect()),
+            viewpoint: header.viewpoint,
         }
     }
 }
@@ -142,6 +137,7 @@ fn read_ascii(
     let mut cloud = CloudFile {
         points: Vec::with_capacity(capacity),
         normals: normal.map(|_| Vec::with_capacity(capacity)),
+        viewpoint: header.viewpoint,
     };
     let mut line_words: Vec<&[u8]> = Vec::new();
     for read in 0..header.points {

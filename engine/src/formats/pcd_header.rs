@@ -1,8 +1,10 @@
 //! The header of a PCD: the fields of a point, the number of points, their encoding.
 
 use super::error::FormatError;
+use super::number::parse_number;
 use super::scalar::Scalar;
 use super::text::{LineReader, parse_count, quoted, words};
+use nalgebra::Point3;
 
 /// Name of the format in messages.
 pub(super) const FORMAT: &str = "PCD";
@@ -34,6 +36,8 @@ pub(super) struct PcdHeader {
     /// Number of points, not yet compared with the size of the file.
     pub(super) points: u64,
     pub(super) encoding: PcdEncoding,
+    /// Position of the sensor, metres.
+    pub(super) viewpoint: Option<Point3<f64>>,
 }
 
 /// An error at the line that was read last.
@@ -58,6 +62,7 @@ pub(super) fn read_header(lines: &mut LineReader<'_>) -> Result<PcdHeader, Forma
     let mut names: Vec<&[u8]> = Vec::new();
     let (mut sizes, mut types, mut counts) = (Vec::new(), Vec::new(), Vec::new());
     let (mut width, mut height, mut points) = (None, None, None);
+    let mut viewpoint = None;
     let encoding = loop {
         let Some(line) = lines.next_filled() else {
             return Err(line_error(lines, "a `DATA` line", "the end of the file"));
@@ -66,13 +71,22 @@ pub(super) fn read_header(lines: &mut LineReader<'_>) -> Result<PcdHeader, Forma
             continue;
         }
         let mut words = words(line);
-        let keyword = words.next().unwrap_or_default();
+        // Some writers use small letters.
+        let keyword = words.next().unwrap_or_default().to_ascii_uppercase();
         let numbers = |words: &mut dyn Iterator<Item = &[u8]>| -> Option<Vec<u64>> {
             words.map(|w| parse_count(Some(w))).collect()
         };
         let bad = |expected: &str| Err(line_error(lines, expected, quoted(line)));
-        match keyword {
-            b"VERSION" | b"VIEWPOINT" => {}
+        match keyword.as_slice() {
+            b"VERSION" => {}
+            b"VIEWPOINT" => {
+                let position: Vec<f64> = words.take(3).filter_map(parse_number).collect();
+                let is_finite = position.iter().all(|c| c.is_finite());
+                let [x, y, z] = position[..] else {
+                    return bad("a position and a rotation after `VIEWPOINT`");
+                };
+                viewpoint = is_finite.then(|| Point3::new(x, y, z));
+            }
             b"FIELDS" | b"COLUMNS" => names = words.collect(),
             b"TYPE" => types = words.collect(),
             b"SIZE" => match numbers(&mut words) {
@@ -87,13 +101,13 @@ pub(super) fn read_header(lines: &mut LineReader<'_>) -> Result<PcdHeader, Forma
                 let Some(given) = parse_count(words.next()) else {
                     return bad("a whole number after `WIDTH`, `HEIGHT`, `POINTS`");
                 };
-                match keyword {
+                match keyword.as_slice() {
                     b"WIDTH" => width = Some(given),
                     b"HEIGHT" => height = Some(given),
                     _ => points = Some(given),
                 }
             }
-            b"DATA" => match words.next() {
+            b"DATA" => match words.next().map(<[u8]>::to_ascii_lowercase).as_deref() {
                 Some(b"ascii") => break PcdEncoding::Ascii,
                 Some(b"binary") => break PcdEncoding::Binary,
                 Some(b"binary_compressed") => break PcdEncoding::Compressed,
@@ -120,7 +134,7 @@ pub(super) fn read_header(lines: &mut LineReader<'_>) -> Result<PcdHeader, Forma
     }
     let mut fields = Vec::with_capacity(names.len());
     for (((name, size), kind), count) in names.iter().zip(&sizes).zip(&types).zip(&counts) {
-        let scalar = match (*kind, size) {
+        let scalar = match (kind.to_ascii_uppercase().as_slice(), size) {
             (b"I", 1) => Scalar::I8,
             (b"I", 2) => Scalar::I16,
             (b"I", 4) => Scalar::I32,
@@ -152,7 +166,9 @@ pub(super) fn read_header(lines: &mut LineReader<'_>) -> Result<PcdHeader, Forma
         (None, Some(Some(area))) => area,
         (Some(points), Some(Some(area))) if points == area => points,
         (points, area) => {
-            let got = format!("POINTS {points:?}, WIDTH x HEIGHT {:?}", area.flatten());
+            let number = |n: Option<u64>| n.map_or_else(|| "none".to_owned(), |n| n.to_string());
+            let (points, area) = (number(points), number(area.flatten()));
+            let got = format!("POINTS {points}, WIDTH x HEIGHT {area}");
             return Err(line_error(lines, "POINTS equal to WIDTH x HEIGHT", got));
         }
     };
@@ -160,6 +176,7 @@ pub(super) fn read_header(lines: &mut LineReader<'_>) -> Result<PcdHeader, Forma
         fields,
         points,
         encoding,
+        viewpoint,
     })
 }
 

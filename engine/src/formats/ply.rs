@@ -2,16 +2,19 @@
 //! before it are skipped, those after it are not read.
 
 use super::cloud::CloudFile;
+use super::columns::Columns;
 use super::error::FormatError;
+use super::number::parse_number;
 use super::ply_header::{FORMAT, PlyElement, PlyEncoding, PlyProperty, line_error, read_header};
 use super::scalar::{Endian, Scalar};
-use super::text::{LineReader, parse_number, quoted, words};
+use super::text::{LineReader, quoted, words};
 use nalgebra::{Point3, Vector3};
 
-/// Whether the first line is `ply`.
+/// Whether the first line is `ply`, in either case.
 pub(super) fn looks_like_ply(bytes: &[u8]) -> bool {
-    LineReader::new(bytes.get(..16.min(bytes.len())).unwrap_or_default()).next_line()
-        == Some(b"ply")
+    LineReader::new(bytes.get(..16.min(bytes.len())).unwrap_or_default())
+        .next_line()
+        .is_some_and(|line| line.eq_ignore_ascii_case(b"ply"))
 }
 
 /// Reads a PLY.
@@ -56,7 +59,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
     }
 }
 
-/// Indices of the properties with coordinates and normal.
+/// The properties with coordinates and normal.
 struct PlyColumns {
     xyz: [usize; 3],
     normal: Option<[usize; 3]>,
@@ -64,17 +67,10 @@ struct PlyColumns {
 
 impl PlyColumns {
     fn new(vertex: &PlyElement, lines: &LineReader<'_>) -> Result<Self, FormatError> {
-        let find = |name: &str| {
-            vertex
-                .properties
-                .iter()
-                .position(|(n, p)| n == name && matches!(p, PlyProperty::Scalar(_)))
-        };
-        let three = |names: [&str; 3]| match names.map(find) {
-            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
-            _ => None,
-        };
-        let xyz = three(["x", "y", "z"]).ok_or_else(|| {
+        let scalars = vertex.properties.iter().map(|(name, property)| {
+            matches!(property, PlyProperty::Scalar(_)).then_some(name.as_str())
+        });
+        let Columns { xyz, normal, .. } = Columns::find(scalars).ok_or_else(|| {
             let names: Vec<&str> = vertex.properties.iter().map(|(n, _)| n.as_str()).collect();
             line_error(
                 lines,
@@ -82,10 +78,7 @@ impl PlyColumns {
                 quoted(names.join(" ").as_bytes()),
             )
         })?;
-        Ok(Self {
-            xyz,
-            normal: three(["nx", "ny", "nz"]),
-        })
+        Ok(Self { xyz, normal })
     }
 
     /// Offset and type of x y z and the normal within one vertex; `None` for vertices with lists.
@@ -134,6 +127,7 @@ impl PlyColumns {
         CloudFile {
             points: Vec::with_capacity(capacity),
             normals: self.normal.map(|_| Vec::with_capacity(capacity)),
+            viewpoint: None,
         }
     }
 

@@ -75,16 +75,20 @@ fn scalar_type(name: Option<&[u8]>) -> Option<Scalar> {
 /// [`FormatError::Line`] at the first line that is no PLY header line.
 pub(super) fn read_header(lines: &mut LineReader<'_>) -> Result<PlyHeader, FormatError> {
     let first = lines.next_line().unwrap_or_default();
-    if first != b"ply" {
+    if !first.eq_ignore_ascii_case(b"ply") {
         return Err(line_error(lines, "`ply`", quoted(first)));
     }
+    // Lines that end in LF CR: the CR is no byte of the data.
+    let ends_in_cr = lines.rest().starts_with(b"\r");
     let mut encoding = None;
     let mut elements: Vec<PlyElement> = Vec::new();
     loop {
         let Some(line) = lines.next_line() else {
             return Err(line_error(lines, "`end_header`", "the end of the file"));
         };
-        let mut words = words(line);
+        // Some writers use capitals.
+        let lower = line.to_ascii_lowercase();
+        let mut words = words(&lower);
         let bad =
             |lines: &LineReader<'_>, expected: &str| Err(line_error(lines, expected, quoted(line)));
         match words.next() {
@@ -134,7 +138,12 @@ pub(super) fn read_header(lines: &mut LineReader<'_>) -> Result<PlyHeader, Forma
                 let name = String::from_utf8_lossy(name).into_owned();
                 element.properties.push((name, property));
             }
-            Some(b"end_header") => break,
+            Some(b"end_header") => {
+                if ends_in_cr && lines.rest().starts_with(b"\r") {
+                    lines.offset += 1;
+                }
+                break;
+            }
             Some(_) => return bad(lines, "a PLY header line"),
         }
     }

@@ -1,12 +1,16 @@
 //! The reader of every cloud format: decides by content, then by extension, which one it is.
 
-use super::cloud::CloudFile;
+use super::cloud::{CloudFile, MAX_COORDINATE};
 use super::error::FormatError;
+use super::unread::{unread_as_text, unread_by_content};
 use super::{pcd, ply, xyz};
+
+/// Scanners write the largest number of either precision where nothing came back.
+const LARGEST_NUMBERS: [f64; 2] = [f32::MAX as f64, f64::MAX];
 
 /// Reads a cloud. Content decides first: bytes that begin like a PLY or a PCD are one, whatever the extension. Then
 /// `extension` (without dot, any case) decides: `ply` or `pcd` without its first line is an error, anything else is read as
-/// XYZ text.
+/// XYZ text. Other known formats are refused by name.
 ///
 /// # Errors
 /// [`FormatError`] with the line or byte at fault. A count in a header never causes an allocation larger than the file
@@ -18,13 +22,43 @@ pub fn read_cloud(bytes: &[u8], extension: Option<&str>) -> Result<CloudFile, Fo
         return Err(FormatError::Empty);
     }
     let has_extension = |name: &str| extension.is_some_and(|e| e.eq_ignore_ascii_case(name));
-    if ply::looks_like_ply(bytes) || (has_extension("ply") && !pcd::looks_like_pcd(bytes)) {
+    let mut cloud = if ply::looks_like_ply(bytes) {
         ply::read(bytes)
-    } else if pcd::looks_like_pcd(bytes) || has_extension("pcd") {
+    } else if pcd::looks_like_pcd(bytes) {
         pcd::read(bytes)
+    } else if let Some(error) = unread_by_content(bytes) {
+        Err(error)
+    } else if has_extension("ply") {
+        ply::read(bytes)
+    } else if has_extension("pcd") {
+        pcd::read(bytes)
+    } else if let Some(error) = unread_as_text(without_padding(bytes), extension) {
+        Err(error)
     } else {
-        xyz::read(bytes)
+        xyz::read(without_padding(bytes))
+    }?;
+    for coordinate in cloud.points.iter_mut().flat_map(|p| p.iter_mut()) {
+        if LARGEST_NUMBERS.contains(&coordinate.abs()) {
+            *coordinate = f64::NAN;
+        }
     }
+    for (index, p) in cloud.points.iter().enumerate() {
+        let is_too_large = |c: &&f64| c.is_finite() && c.abs() > MAX_COORDINATE;
+        if let Some(got) = p.iter().find(is_too_large) {
+            return Err(FormatError::Coordinate {
+                point: index + 1,
+                got: *got,
+            });
+        }
+    }
+    Ok(cloud)
+}
+
+/// Some editors and devices end a text with the end mark of DOS or with zeros.
+fn without_padding(bytes: &[u8]) -> &[u8] {
+    let is_text = |b: &u8| !matches!(b, 0 | 0x1a);
+    let length = bytes.iter().rposition(is_text).map_or(0, |last| last + 1);
+    bytes.get(..length).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -76,6 +110,36 @@ mod tests {
         "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\nDATA binary_compressed\n\x10\0\0\0\x18\0\0\0",
         "FIELDS x y z\nSIZE 4 8 4\nTYPE F F U\nCOUNT 1 1 9\nWIDTH 99\nHEIGHT 99\nDATA ascii\n",
     ];
+
+    #[test]
+    fn coordinates_of_no_place_are_refused_and_the_largest_number_is_none() {
+        let error = read_cloud(b"1 2 3\n4 -2e11 6\n", None).expect_err("too large");
+        assert!(
+            error
+                .to_string()
+                .starts_with("point 2: expected coordinates up to 1e11, got -2e11")
+        );
+        // Millimetres along the Earth's circumference.
+        assert!(read_cloud(b"4e10 2 3\n", None).is_ok());
+        let cloud = read_cloud(b"3.4028234663852886e38 2 3\n1 2 3\n", None).expect("a cloud");
+        assert!(cloud.points[0].x.is_nan());
+        assert_eq!(cloud.points[1], Point3::new(1.0, 2.0, 3.0));
+    }
+
+    #[test]
+    fn other_formats_are_named_whatever_the_extension_says() {
+        for extension in [None, Some("ply"), Some("las"), Some("xyz")] {
+            let error = read_cloud(b"LASF\0\0\0\0", extension).expect_err("LAS");
+            assert!(
+                error.to_string().starts_with("LAS is not read; convert"),
+                "{error}"
+            );
+        }
+        let error = read_cloud(b"1\0\0\x002", Some("bin")).expect_err("binary");
+        assert!(error.to_string().starts_with("binary data"), "{error}");
+        // Zeros and the end mark of DOS after a text are none of it.
+        assert!(read_cloud(b"1 2 3\n\x1a\0\0", Some("xyz")).is_ok());
+    }
 
     proptest! {
         #[test]

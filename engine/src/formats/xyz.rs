@@ -1,121 +1,152 @@
-//! XYZ text: one point per line, numbers separated by blanks, commas or semicolons. `#` begins a comment; further columns
-//! are ignored; a first line with the names of the columns (`x y z`, `x,y,z,intensity`) is skipped.
+//! XYZ text: one point per line, numbers separated by blanks, commas or semicolons, with a decimal point or comma.
+//!
+//! `#`, `%`, `//` and `;` begin a comment. A first line with the names of the columns (also within a comment) says where x y z
+//! and a normal stand; without one they are the first three columns. A line with one whole number before points is their number
+//! (PTS, CloudCompare).
 
 use super::cloud::CloudFile;
 use super::error::FormatError;
-use super::text::{LineReader, parse_number, quoted};
-use nalgebra::Point3;
+use super::table_layout::{TableLayout, is_comment, without_comment};
+use super::text::{LineReader, parse_count, quoted};
+use nalgebra::{Point3, Vector3};
+use std::borrow::Cow;
 
 const FORMAT: &str = "XYZ text";
+/// A blank that is not broken at the end of a line, in UTF-8: text copied from a page has it.
+const NO_BREAK_SPACE: &[u8] = b"\xc2\xa0";
 
-/// Reads XYZ text, without normals: further columns have no names.
+/// Reads XYZ text.
 ///
 /// # Errors
-/// [`FormatError::Line`] at the first line without three numbers, or if there is no point at all.
+/// [`FormatError::Line`] at the first line without its numbers, if there are fewer or more points than the file announces, or
+/// none at all.
 pub(super) fn read(bytes: &[u8]) -> Result<CloudFile, FormatError> {
     let mut lines = LineReader::new(bytes);
-    let mut points = Vec::with_capacity(bytes.len() / 20);
-    let mut first = true;
+    let mut table = Table::default();
     while let Some(line) = lines.next_line() {
-        let text = line.split(|b| *b == b'#').next().unwrap_or_default();
-        let mut words = text
-            .split(|b| b.is_ascii_whitespace() || matches!(b, b',' | b';'))
-            .filter(|w| !w.is_empty());
-        let xyz = [words.next(), words.next(), words.next()];
-        if xyz == [None; 3] {
-            continue;
-        }
-        let names = [b"x", b"y", b"z"];
-        if std::mem::take(&mut first)
-            && xyz
-                .iter()
-                .zip(names)
-                .all(|(w, n)| w.is_some_and(|w| w.eq_ignore_ascii_case(n)))
+        table.read_line(&with_plain_blanks(line), lines.line)?;
+    }
+    table.finish(lines.line.max(1))
+}
+
+fn with_plain_blanks(line: &[u8]) -> Cow<'_, [u8]> {
+    let at = |line: &[u8]| line.windows(2).position(|pair| pair == NO_BREAK_SPACE);
+    if at(line).is_none() {
+        return Cow::Borrowed(line);
+    }
+    let mut plain = line.to_vec();
+    while let Some(start) = at(&plain) {
+        plain.splice(start..start + NO_BREAK_SPACE.len(), [b' ']);
+    }
+    Cow::Owned(plain)
+}
+
+/// What was read so far.
+#[derive(Default)]
+struct Table {
+    header: Option<TableLayout>,
+    /// Known from the first line of numbers on.
+    layout: Option<TableLayout>,
+    /// Points that were announced and have not come.
+    announced: Option<u64>,
+    points: Vec<Point3<f64>>,
+    normals: Vec<Vector3<f64>>,
+}
+
+impl Table {
+    fn read_line(&mut self, line: &[u8], number: usize) -> Result<(), FormatError> {
+        if self.layout.is_none()
+            && let Some(header) = TableLayout::of_header(line)
         {
-            continue;
+            self.header = Some(header);
+            return Ok(());
         }
-        let mut point = Point3::origin();
-        for ((out, word), name) in point.iter_mut().zip(xyz).zip(["x", "y", "z"]) {
-            *out = word
-                .and_then(parse_number)
-                .ok_or_else(|| FormatError::Line {
-                    format: FORMAT,
-                    line: lines.line,
-                    expected: format!("a number for {name}"),
-                    got: word.map_or_else(|| "the end of the line".to_owned(), quoted),
-                })?;
+        if is_comment(line) {
+            return Ok(());
         }
-        points.push(point);
-    }
-    if points.is_empty() {
-        return Err(FormatError::Line {
+        let line = without_comment(line);
+        if line.is_empty() {
+            return Ok(());
+        }
+        let error = |expected: String, got: String| FormatError::Line {
             format: FORMAT,
-            line: lines.line.max(1),
-            expected: "at least one point".to_owned(),
-            got: "comments only".to_owned(),
-        });
+            line: number,
+            expected,
+            got,
+        };
+        let may_announce = match self.announced {
+            None => self.points.is_empty(),
+            Some(left) => left == 0,
+        };
+        if may_announce && let Some(count) = parse_count(Some(line)) {
+            self.announced = Some(count);
+            return Ok(());
+        }
+        if let Some(announced) = &mut self.announced {
+            let Some(left) = announced.checked_sub(1) else {
+                return Err(error(
+                    "no more points than announced".to_owned(),
+                    quoted(line),
+                ));
+            };
+            *announced = left;
+        }
+        let header = &mut self.header;
+        let layout = self
+            .layout
+            .get_or_insert_with(|| TableLayout::of_first_line(line, header.take()));
+        let mut cells = Vec::new();
+        layout.cut(line, &mut cells);
+        let three = |columns: [usize; 3], names: [&str; 3]| {
+            let mut numbers = [0.0; 3];
+            for ((out, column), name) in numbers.iter_mut().zip(columns).zip(names) {
+                let cell = cells.get(column);
+                *out = cell.and_then(|cell| layout.number(cell)).ok_or_else(|| {
+                    error(
+                        format!("a number for {name}"),
+                        cell.map_or_else(|| "the end of the line".to_owned(), |cell| quoted(cell)),
+                    )
+                })?;
+            }
+            Ok(numbers)
+        };
+        let mut xyz = three(layout.columns.xyz, ["x", "y", "z"])?;
+        for (coordinate, unit_m) in xyz.iter_mut().zip(layout.columns.unit_m) {
+            *coordinate *= unit_m;
+        }
+        if let Some(columns) = layout.columns.normal {
+            let normal = three(columns, ["nx", "ny", "nz"])?;
+            self.normals.push(Vector3::from(normal));
+        }
+        self.points.push(Point3::from(xyz));
+        Ok(())
     }
-    Ok(CloudFile {
-        points,
-        normals: None,
-    })
+
+    fn finish(self, last_line: usize) -> Result<CloudFile, FormatError> {
+        let error = |expected: String, got: String| FormatError::Line {
+            format: FORMAT,
+            line: last_line,
+            expected,
+            got,
+        };
+        if let Some(missing @ 1..) = self.announced {
+            return Err(error(
+                "as many points as announced".to_owned(),
+                format!("the end of the file, {missing} short"),
+            ));
+        }
+        if self.points.is_empty() {
+            let got = "comments only".to_owned();
+            return Err(error("at least one point".to_owned(), got));
+        }
+        let has_normals = self.normals.len() == self.points.len();
+        Ok(CloudFile {
+            points: self.points,
+            normals: has_normals.then_some(self.normals),
+            viewpoint: None,
+        })
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::read;
-    use nalgebra::Point3;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn every_separator_and_line_end_is_read(
-            points in proptest::collection::vec(proptest::array::uniform3(-1e9f64..1e9), 1..40),
-            separator in prop_oneof![Just(" "), Just(","), Just(";"), Just("\t"), Just(", "), Just(" ; ")],
-            end in prop_oneof![Just("\n"), Just("\r\n"), Just(" # why\n"), Just(" 0.5 7\n\n")],
-        ) {
-            let mut text = String::from("# a cloud\n");
-            for [x, y, z] in &points {
-                text += &format!("{x}{separator}{y}{separator}{z}{end}");
-            }
-            let cloud = read(text.as_bytes()).expect("well-formed text");
-            prop_assert_eq!(cloud.points, points.into_iter().map(Point3::from).collect::<Vec<_>>());
-        }
-    }
-
-    #[test]
-    fn column_names_on_the_first_line_are_skipped() {
-        let cloud = read(b"X,Y,Z,intensity\n1,2,3,9\nnan,nan,nan,0\n").expect("a table");
-        assert_eq!(cloud.points.len(), 2);
-        assert_eq!(cloud.points[0], Point3::new(1.0, 2.0, 3.0));
-    }
-
-    #[test]
-    fn prose_and_short_lines_are_errors() {
-        let cases: [(&[u8], &str); 5] = [
-            (
-                b"It was a dark and stormy night.\n",
-                "XYZ text line 1: expected a number for x, got \"It\"",
-            ),
-            (
-                b"1 2 3\n\n4 5\n",
-                "XYZ text line 3: expected a number for z, got the end of the line",
-            ),
-            (
-                b"# nothing\n#\n",
-                "XYZ text line 2: expected at least one point, got comments only",
-            ),
-            (
-                b"1 2 3\nx y z\n",
-                "XYZ text line 2: expected a number for x, got \"x\"",
-            ),
-            (
-                b"\x00\xff\n",
-                "XYZ text line 1: expected a number for x, got \"\\0\u{fffd}\"",
-            ),
-        ];
-        for (bytes, message) in cases {
-            assert_eq!(read(bytes).expect_err(message).to_string(), message);
-        }
-    }
-}
+mod tests;
