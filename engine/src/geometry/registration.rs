@@ -5,8 +5,8 @@
 
 use super::constants::{POINTS_PER_TASK, SMALL_STEP};
 use super::{DriftTransform, PlaneIndex, Pose, RangeDrift, RollPitchYaw, SurfacePatch, Surfaces};
-use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
-use normal_equations::NormalEquations;
+use nalgebra::{Matrix3, Matrix6, Point3, Translation3, Vector3, Vector6};
+use normal_equations::{MatchedPoint, NormalEquations};
 use rayon::prelude::*;
 
 mod normal_equations;
@@ -23,11 +23,13 @@ pub struct Registration {
     pub drift: RangeDrift,
     /// The current sensor in the frame of its view, metres.
     pub current_origin: Point3<f64>,
+    /// The reference's sensor in the frame of its view, metres: what the views can turn about.
+    pub reference_origin: Point3<f64>,
     /// Whether the views agree and the last step was small.
     pub converged: bool,
     /// Mean over current flat patches of 1 - (height over the reference's surface / gate)^2, 0 beyond the gate.
     pub agreement: f64,
-    /// Covariance of (translation, rotation vector) of the inverse, about the reference frame: square metres and square
+    /// Covariance of (translation, rotation vector) of the inverse, about the reference's sensor: square metres and square
     /// radians.
     pub covariance: Matrix6<f64>,
     /// Directions that the surfaces do not fix, as text ("along (0.99, 0.05, 0.00)").
@@ -41,6 +43,7 @@ impl Registration {
             current_from_reference: Pose::identity(),
             drift: RangeDrift::default(),
             current_origin: Point3::origin(),
+            reference_origin: Point3::origin(),
             converged: true,
             agreement: 1.0,
             covariance: Matrix6::zeros(),
@@ -63,24 +66,28 @@ impl Registration {
         let part = |row, column| -> Matrix3<f64> {
             self.covariance.fixed_view::<3, 3>(row, column).into_owned()
         };
-        let cross = p.coords.cross_matrix();
+        let cross = (p - self.reference_origin).cross_matrix();
         let mixed = part(0, 3) * cross;
         part(0, 0) + mixed + mixed.transpose() + cross.transpose() * part(3, 3) * cross
     }
 }
 
 /// Finds the pose between two views from their surfaces, and the drift of the ranges since the reference's visit.
-/// `current_origin` is the sensor of the current view; `gate_m` is the distance within which surfaces count as the same in
+/// `origins` are the sensors of reference and current view: what a robot turns about, however far from it its frame begins; `gate_m` is the distance within which surfaces count as the same in
 /// the end (some three sigmas of the noise); `guess` maps reference to current coordinates.
 pub(crate) fn register(
     reference: &PlaneIndex,
     current: &Surfaces,
-    current_origin: &Point3<f64>,
+    origins: [&Point3<f64>; 2],
     guess: &Pose,
     gate_m: f64,
     settings: &RegistrationSettings,
 ) -> Registration {
-    let matcher = Matcher(reference);
+    let [reference_origin, current_origin] = origins;
+    let matcher = Matcher {
+        planes: reference,
+        pivot: *reference_origin,
+    };
     let plain = |pose| DriftTransform::to_reference(pose, RangeDrift::default(), *current_origin);
     let (rough, exact): (FindPatch, FindPatch) =
         (PlaneIndex::find_approximate, PlaneIndex::find_exact);
@@ -139,7 +146,7 @@ pub(crate) fn register(
                     yaw_rad: *yaw,
                 }
                 .with_translation([0.0; 3]);
-                (start * rotation, widest)
+                (start * about(current_origin, &rotation), widest)
             })
             .collect();
     }
@@ -148,11 +155,11 @@ pub(crate) fn register(
     let transform = DriftTransform::to_reference(pose, drift, *current_origin);
     let unobserved = matcher
         .normal_equations(&many, &transform, gate_m, exact)
-        .unobservable_part(&logarithm(&(pose * start.inverse())), settings);
+        .unobservable_part(&matcher.motion(&start, &pose), settings);
     let (pose, drift) = if unobserved.norm() < SMALL_STEP {
         (pose, drift)
     } else {
-        let back = exponential(&-unobserved) * pose;
+        let back = matcher.moved(&pose, &-unobserved);
         matcher.refine(&many, back, current_origin, gate_m, settings)
     };
     let refined = DriftTransform::to_reference(pose, drift, *current_origin);
@@ -163,6 +170,7 @@ pub(crate) fn register(
         current_from_reference: pose.inverse(),
         drift,
         current_origin: *current_origin,
+        reference_origin: *reference_origin,
         converged: agreement >= settings.min_agreement
             && last_step.norm() < 0.5 * gate_m
             && normal.weight > 0.0,
@@ -176,7 +184,11 @@ pub(crate) fn register(
 type FindPatch = for<'a> fn(&'a PlaneIndex, &Point3<f64>, f64) -> Option<&'a SurfacePatch>;
 
 /// Matches current points with the planes of the reference.
-struct Matcher<'a>(&'a PlaneIndex);
+struct Matcher<'a> {
+    planes: &'a PlaneIndex,
+    /// Rotations are about this point of the reference frame: about one far away, they would be long ways.
+    pivot: Point3<f64>,
+}
 
 impl Matcher<'_> {
     /// Mean over the points of 1 - (height / gate)^2, with 0 for points without a plane.
@@ -191,7 +203,7 @@ impl Matcher<'_> {
             .iter()
             .map(|p| {
                 let p = transform.apply(p);
-                find(self.0, &p, gate_m).map_or(0.0, |patch| {
+                find(self.planes, &p, gate_m).map_or(0.0, |patch| {
                     let e = patch.height_m(&p) / gate_m;
                     1.0 - e * e
                 })
@@ -217,7 +229,7 @@ impl Matcher<'_> {
                 let normal =
                     self.normal_equations(points, &transform, gate_m, PlaneIndex::find_approximate);
                 let (step, _) = normal.step(None, settings, gate_m);
-                pose = exponential(&step) * pose;
+                pose = self.moved(&pose, &step);
                 if step.norm() < SMALL_STEP {
                     break;
                 }
@@ -243,7 +255,7 @@ impl Matcher<'_> {
             let transform = DriftTransform::to_reference(pose, drift, *origin);
             let normal = self.normal_equations(points, &transform, gate_m, PlaneIndex::find_exact);
             let (step, more) = normal.step(Some(&drift), settings, gate_m);
-            pose = exponential(&step) * pose;
+            pose = self.moved(&pose, &step);
             drift.at_zero_m += more.at_zero_m;
             drift.per_m += more.per_m;
             if step.norm() < SMALL_STEP {
@@ -251,6 +263,17 @@ impl Matcher<'_> {
             }
         }
         (pose, drift)
+    }
+
+    /// `pose` after the step (translation, rotation vector about the pivot).
+    fn moved(&self, pose: &Pose, step: &Vector6<f64>) -> Pose {
+        about(&self.pivot, &exponential(step)) * pose
+    }
+
+    /// The step that leads from pose `from` to pose `to`.
+    fn motion(&self, from: &Pose, to: &Pose) -> Vector6<f64> {
+        let back = Translation3::from(-self.pivot.coords);
+        logarithm(&(back * (to * from.inverse()) * back.inverse()))
     }
 
     fn normal_equations(
@@ -265,10 +288,17 @@ impl Matcher<'_> {
             let mut sums = NormalEquations::new();
             for p in points {
                 let p = transform.apply(p);
-                if let Some(patch) = find(self.0, &p, gate_m) {
+                if let Some(patch) = find(self.planes, &p, gate_m) {
                     let ray = p - sensor;
                     let range_m = ray.norm().max(1e-9);
-                    sums.add(&p, &(ray / range_m), range_m, patch, gate_m);
+                    let matched = MatchedPoint {
+                        lever: p - self.pivot,
+                        ray: ray / range_m,
+                        range_m,
+                        height_m: patch.height_m(&p),
+                        normal: patch.normal,
+                    };
+                    sums.add(&matched, gate_m);
                 }
             }
             sums
@@ -279,6 +309,12 @@ impl Matcher<'_> {
             .iter()
             .fold(NormalEquations::new(), NormalEquations::merged)
     }
+}
+
+/// `motion`, of which the rotation is about `pivot`.
+fn about(pivot: &Point3<f64>, motion: &Pose) -> Pose {
+    let there = Translation3::from(pivot.coords);
+    there * motion * there.inverse()
 }
 
 /// The pose of (translation, rotation vector).
@@ -301,7 +337,7 @@ fn logarithm(pose: &Pose) -> Vector6<f64> {
 mod tests {
     use super::{RegistrationSettings, register};
     use crate::geometry::{PlaneIndex, Pose, RollPitchYaw, Surfaces};
-    use nalgebra::Point3;
+    use nalgebra::{Point3, Translation3};
     use proptest::prelude::*;
 
     /// A box room with a cupboard, 5 m x 4 m x 2.5 m, sampled on its surfaces.
@@ -343,7 +379,8 @@ mod tests {
             let reference = room();
             let current: Vec<_> = reference.iter().map(|p| truth * p).collect();
             let found = register(
-                &plane_index(&reference), &surfaces(&current), &(truth * Point3::origin()), &Pose::identity(), 0.03,
+                &plane_index(&reference), &surfaces(&current), [&Point3::origin(), &(truth * Point3::origin())],
+                &Pose::identity(), 0.03,
                 &RegistrationSettings::default(),
             );
             let off = found.current_from_reference * truth.inverse();
@@ -351,6 +388,40 @@ mod tests {
             prop_assert!(found.unobservable.is_empty(), "{:?}", found.unobservable);
             prop_assert!(off.translation.vector.norm() < 0.005, "{off}");
             prop_assert!(off.rotation.angle() < 0.003);
+        }
+    }
+
+    #[test]
+    fn where_the_frame_begins_does_not_matter() {
+        let turn = RollPitchYaw {
+            roll_rad: 0.01,
+            pitch_rad: 0.0,
+            yaw_rad: 0.1,
+        }
+        .with_translation([0.1, -0.05, 0.02]);
+        let sensor = [Point3::origin(), turn * Point3::origin()];
+        let (reference, settings) = (room(), RegistrationSettings::default());
+        let found = [[0.0, 0.0, 0.0], [30.0, 10.0, 0.0], [-2000.0, 700.0, 50.0]].map(|shift| {
+            let shift = Translation3::from(shift);
+            let place: Vec<_> = reference.iter().map(|p| shift * p).collect();
+            let current: Vec<_> = reference.iter().map(|p| shift * (turn * p)).collect();
+            let origins = sensor.map(|p| shift * p);
+            let surfaces = |points: &[Point3<f64>], at| Surfaces::fit(points, at, 0.02, 0.0, 0.08);
+            let found = register(
+                &PlaneIndex::new(&surfaces(&place, &origins[0])),
+                &surfaces(&current, &origins[1]),
+                [&origins[0], &origins[1]],
+                &Pose::identity(),
+                0.03,
+                &settings,
+            );
+            let off = shift.inverse() * found.current_from_reference * shift * turn.inverse();
+            assert!(found.converged && found.unobservable.is_empty());
+            assert!(off.translation.vector.norm() < 0.005 && off.rotation.angle() < 0.003);
+            found.covariance_at(&(shift * Point3::new(3.0, 0.0, 0.0)))
+        });
+        for covariance in &found[1..] {
+            assert!((covariance - found[0]).norm() < 0.2 * found[0].norm());
         }
     }
 
@@ -374,7 +445,7 @@ mod tests {
             let found = register(
                 &plane_index(&reference),
                 &surfaces(&current),
-                &origin,
+                [&Point3::origin(), &origin],
                 &Pose::identity(),
                 0.03,
                 &RegistrationSettings::default(),
@@ -403,7 +474,7 @@ mod tests {
         let found = register(
             &PlaneIndex::new(&s),
             &s,
-            &Point3::origin(),
+            [&Point3::origin(); 2],
             &Pose::identity(),
             0.03,
             &RegistrationSettings::default(),

@@ -21,6 +21,31 @@ pub enum NoveltyError {
         /// Index of the point.
         index: usize,
     },
+    /// The points of a view spread over kilometres.
+    #[error(
+        "{name}: its points spread over {:.1} km; are these millimetres? convert the cloud to metres", spread_m / 1e3
+    )]
+    Spread {
+        /// Name of the view.
+        name: &'static str,
+        /// Diagonal of the box around the middle of the points, metres.
+        spread_m: f64,
+    },
+    /// The sensor would have looked through most of what its view shows.
+    #[error(
+        "{name}: the sensor at ({:.1}, {:.1}, {:.1}) would stand {outside_m:.1} m outside of what the cloud shows and look through it; its middle is ({:.1}, {:.1}, {:.1}): give the position of the sensor in the cloud's frame",
+        origin[0], origin[1], origin[2], middle[0], middle[1], middle[2]
+    )]
+    Origin {
+        /// Name of the view.
+        name: &'static str,
+        /// Position of the sensor, metres.
+        origin: [f64; 3],
+        /// Its distance from the points, metres.
+        outside_m: f64,
+        /// Middle of the points, metres.
+        middle: [f64; 3],
+    },
     /// A stored mixture without components, or without beams for each.
     #[error(
         "reference mixture: got {components} components and beams of {beams}, expected as many, at least 1"

@@ -21,6 +21,7 @@ mod observer;
 mod outline;
 mod places;
 mod plates;
+mod plausible_view;
 mod prediction;
 mod prepared;
 mod quantified_change;

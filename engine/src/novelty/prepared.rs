@@ -1,5 +1,6 @@
 //! A view prepared for comparison: rays, surfaces and noise (`docs/novelty.md section 2`).
 
+use super::plausible_view::check_plausible;
 use super::{EvidenceSettings, NoveltyError, noise};
 use crate::geometry::{NoiseLaw, RayIndex, RaySet, SurfacePatch, Surfaces, View};
 use crate::mixture::SplitSettings;
@@ -28,7 +29,7 @@ impl PreparedView {
     /// Prepares `view`; `name` is for errors.
     ///
     /// # Errors
-    /// Fewer than 20 points, or a coordinate that is not finite.
+    /// Fewer than 20 points, a coordinate that is not finite, or points and origin that can be no view in metres.
     pub fn new(
         view: &View,
         name: &'static str,
@@ -50,6 +51,7 @@ impl PreparedView {
         {
             return Err(NoveltyError::NotFinite { name, index });
         }
+        check_plausible(view, name)?;
         let ray_set = RaySet::from_view(view);
         let (spacing_rad, relative_noise) = (ray_set.spacing_rad, ray_set.relative_noise);
         let median_range_m = ray_set.median_range_m;

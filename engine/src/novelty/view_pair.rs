@@ -33,7 +33,7 @@ impl<'a> ViewPair<'a> {
         let registration = register(
             &reference.planes,
             &current.surfaces,
-            &current.view.origin,
+            [&reference_view.view.origin, &current.view.origin],
             &Pose::identity(),
             gate_m,
             &settings.registration,

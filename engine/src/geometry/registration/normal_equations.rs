@@ -1,13 +1,27 @@
 //! The normal equations of one iteration: six unknowns of the pose, two of the drift of the ranges.
 
 use super::settings::RegistrationSettings;
+use crate::geometry::RangeDrift;
 use crate::geometry::constants::{CORRELATED_POINTS, MIN_LEVER_M, MIN_NOISE_M2};
-use crate::geometry::{RangeDrift, SurfacePatch};
-use nalgebra::{Matrix6, Point3, SMatrix, SVector, SymmetricEigen, Vector3, Vector6};
+use nalgebra::{Matrix6, SMatrix, SVector, SymmetricEigen, Vector3, Vector6};
 
 /// Translation and rotation vector, then the drift at range zero and per metre.
 type Matrix8 = SMatrix<f64, 8, 8>;
 type Vector8 = SVector<f64, 8>;
+
+/// A current point in the reference frame that matches a plane there.
+pub(super) struct MatchedPoint {
+    /// From what rotations are about to the point, metres.
+    pub(super) lever: Vector3<f64>,
+    /// Direction from the current sensor, a unit vector.
+    pub(super) ray: Vector3<f64>,
+    /// Distance from the current sensor, metres.
+    pub(super) range_m: f64,
+    /// Height over the plane, metres.
+    pub(super) height_m: f64,
+    /// Normal of the plane.
+    pub(super) normal: Vector3<f64>,
+}
 
 /// Weighted sums over matched points.
 pub(super) struct NormalEquations {
@@ -17,7 +31,7 @@ pub(super) struct NormalEquations {
     pub(super) weight: f64,
     /// Weighted sum of squared residuals, square metres.
     residual2: f64,
-    /// Weighted sum of squared distances from the origin, square metres.
+    /// Weighted sum of squared levers, square metres.
     lever2: f64,
 }
 
@@ -32,21 +46,14 @@ impl NormalEquations {
         }
     }
 
-    /// Adds a point `p` (reference frame) that matches `patch`, measured along the unit `ray` at `range_m`.
+    /// Adds a match.
     #[inline]
-    pub(super) fn add(
-        &mut self,
-        p: &Point3<f64>,
-        ray: &Vector3<f64>,
-        range_m: f64,
-        patch: &SurfacePatch,
-        gate_m: f64,
-    ) {
-        let e = patch.height_m(p);
+    pub(super) fn add(&mut self, point: &MatchedPoint, gate_m: f64) {
+        let e = point.height_m;
         // Tukey's biweight: points a gate away have no weight.
         let w = (1.0 - (e / gate_m).powi(2)).powi(2);
-        let pose = jacobian(&patch.normal, p);
-        let along = patch.normal.dot(ray);
+        let pose = jacobian(&point.normal, &point.lever);
+        let along = point.normal.dot(&point.ray);
         let j = Vector8::from([
             pose[0],
             pose[1],
@@ -55,7 +62,7 @@ impl NormalEquations {
             pose[4],
             pose[5],
             along,
-            along * range_m,
+            along * point.range_m,
         ]);
         // The lower triangle is enough until all is summed.
         for column in 0..8 {
@@ -67,7 +74,7 @@ impl NormalEquations {
         self.vector -= j * (w * e);
         self.weight += w;
         self.residual2 += w * e * e;
-        self.lever2 += w * p.coords.norm_squared();
+        self.lever2 += w * point.lever.norm_squared();
     }
 
     pub(super) fn merged(mut self, other: &Self) -> Self {
@@ -260,8 +267,9 @@ impl NormalEquations {
     }
 }
 
-/// Derivative of the height of `p` over a plane with normal `u` by (translation, rotation vector).
-fn jacobian(u: &Vector3<f64>, p: &Point3<f64>) -> Vector6<f64> {
-    let rotation = p.coords.cross(u);
+/// Derivative of the height of a point over a plane with normal `u` by (translation, rotation vector), `lever` from what the
+/// rotation is about.
+fn jacobian(u: &Vector3<f64>, lever: &Vector3<f64>) -> Vector6<f64> {
+    let rotation = lever.cross(u);
     Vector6::new(u.x, u.y, u.z, rotation.x, rotation.y, rotation.z)
 }
