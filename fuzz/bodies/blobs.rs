@@ -1,6 +1,7 @@
-//! Decoders of the store's blobs: mixtures, views, raw sweeps.
+//! Decoders of the store's blobs: mixtures, views, raw sweeps, recorded dialogues.
 
 use nalgebra::{Matrix3, Point3};
+use patrold::devices::{Device, DialogueEnd, DialogueEntry, DialogueEntryKind, SweepDialogue};
 use patrold_engine::blob::{decode_mixture, decode_view, encode_mixture, encode_view};
 use patrold_engine::geometry::{Mount, RollPitchYaw, View};
 use patrold_engine::mixture::{Gaussian, Mixture};
@@ -10,6 +11,7 @@ use patrold_engine::sweep::{
     HeadMotion, PanSegment, PositionPoll, RawSweep, StampedScan, TimeSample, decode_raw_sweep,
     encode_raw_sweep,
 };
+use std::time::Duration;
 
 pub(crate) fn run(data: &[u8]) {
     if let Ok(gamma) = decode_mixture(data) {
@@ -24,6 +26,36 @@ pub(crate) fn run(data: &[u8]) {
     if let Ok(sweep) = decode_raw_sweep(data) {
         let again = encode_raw_sweep(&sweep);
         assert!(decode_raw_sweep(&again).is_ok());
+    }
+    if let Ok(dialogue) = SweepDialogue::from_bytes(data) {
+        assert!(dialogue.entries.len() * 2 <= data.len());
+        let again = SweepDialogue::from_bytes(&dialogue.to_bytes()).expect("its own bytes");
+        assert_eq!(again.entries, dialogue.entries);
+    }
+}
+
+fn dialogue() -> SweepDialogue {
+    let entry = |ns, device, kind| DialogueEntry {
+        at: Duration::from_nanos(ns),
+        device,
+        kind,
+    };
+    SweepDialogue {
+        plan: vec![1, 2, 3],
+        laser: vec![4],
+        head: vec![5, 6],
+        began_at: Duration::from_secs(5),
+        end: DialogueEnd::Failed("the port was lost".to_owned()),
+        entries: vec![
+            entry(7, Device::Laser, DialogueEntryKind::CommandTaken),
+            entry(8, Device::Laser, DialogueEntryKind::Sent(b"QT\n".to_vec())),
+            entry(
+                6,
+                Device::Head,
+                DialogueEntryKind::Received(b"* 5".to_vec()),
+            ),
+            entry(9, Device::Head, DialogueEntryKind::EventHandled),
+        ],
     }
 }
 
@@ -104,5 +136,6 @@ pub(crate) fn seeds() -> Vec<Vec<u8>> {
         encode_mixture(&gamma),
         encode_view(&View::from_points(points, Point3::origin())),
         encode_raw_sweep(&raw_sweep()),
+        dialogue().to_bytes(),
     ]
 }

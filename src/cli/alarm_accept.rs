@@ -91,6 +91,7 @@ fn accept(
     let new = NewReference {
         waypoint: &waypoint,
         sweep: SweepRecord {
+            dialogue: None,
             view: Some(&view),
             raw: None,
             quality: "null",

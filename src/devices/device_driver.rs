@@ -2,6 +2,7 @@
 
 use super::error::DeviceError;
 use super::port_config::PortConfig;
+use super::recording::DialogueError;
 use std::time::Duration;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +29,13 @@ pub(crate) trait DeviceDriver: Send {
     /// When to call [`handle_deadline`](Self::handle_deadline).
     fn deadline(&self) -> Option<Duration>;
     fn poll(&mut self) -> Option<DriverOutput<Self::Event>>;
+
+    /// The state of a connected driver with nothing to do, encoded; `None`: it is not so.
+    fn idle_state(&self) -> Option<Vec<u8>>;
+    /// The driver in that state.
+    fn resumed(state: &[u8]) -> Result<Self, DialogueError>
+    where
+        Self: Sized;
 
     /// Whether this event shows that the device works, so that the retry pause starts over.
     fn is_sign_of_life(event: &Self::Event) -> bool;

@@ -7,6 +7,7 @@ use super::head::{HeadCommand, HeadDriver, HeadEvent};
 use super::laser::{LaserCommand, LaserDriver};
 use super::port::{Port, PortEvent};
 use super::port_config::PortConfig;
+use super::recording::DialogueTap;
 use link::Clock;
 use std::fmt;
 use std::sync::mpsc::{self, Receiver};
@@ -33,6 +34,9 @@ pub(crate) trait DeviceLinks: Send + fmt::Debug {
 
     /// A message that has arrived already; does not wait.
     fn try_recv(&mut self) -> Option<PortMessage>;
+
+    /// Where both ports note what they do.
+    fn tap(&self) -> &DialogueTap;
 }
 
 /// One thread per port.
@@ -42,6 +46,7 @@ pub(crate) struct PortThreads {
     head: Port<HeadDriver>,
     messages: Receiver<PortMessage>,
     clock: Clock,
+    tap: DialogueTap,
 }
 
 impl PortThreads {
@@ -56,15 +61,17 @@ impl PortThreads {
     ) -> Result<Self, DeviceError> {
         let (sender, messages) = mpsc::channel();
         let head_sender = sender.clone();
+        let tap = DialogueTap::default();
         Ok(Self {
-            laser: Port::spawn(laser, clock.clone(), move |event, _| {
+            laser: Port::spawn(laser, clock.clone(), tap.clone(), move |event, _| {
                 sender.send(PortMessage::Laser(event)).is_ok()
             })?,
-            head: Port::spawn(head, clock.clone(), move |event, _| {
+            head: Port::spawn(head, clock.clone(), tap.clone(), move |event, _| {
                 head_sender.send(PortMessage::Head(event)).is_ok()
             })?,
             messages,
             clock,
+            tap,
         })
     }
 }
@@ -89,6 +96,10 @@ impl DeviceLinks for PortThreads {
 
     fn try_recv(&mut self) -> Option<PortMessage> {
         self.messages.try_recv().ok()
+    }
+
+    fn tap(&self) -> &DialogueTap {
+        &self.tap
     }
 }
 

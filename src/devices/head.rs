@@ -4,6 +4,7 @@
 use super::device_driver::{DeviceDriver, DriverOutput};
 use super::error::{Device, DeviceError};
 use super::port_config::PortConfig;
+use super::recording::{ByteReader, DialogueError};
 use ptu::{Axis, HeadError, PtuAction, PtuDriver, PtuEvent, PtuOptions, RequestError};
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -124,6 +125,24 @@ impl DeviceDriver for HeadDriver {
                 .pop_front()
                 .map(|error| DriverOutput::Event(HeadEvent::Rejected(error))),
         }
+    }
+
+    fn idle_state(&self) -> Option<Vec<u8>> {
+        let is_idle = self.driver.is_idle() && self.polled.is_none() && self.rejected.is_empty();
+        is_idle.then(|| self.driver.options().baud.to_le_bytes().to_vec())
+    }
+
+    fn resumed(state: &[u8]) -> Result<Self, DialogueError> {
+        let options = PtuOptions {
+            baud: ByteReader::new(state).u32("the line rate of the head")?,
+            ..PtuOptions::default()
+        };
+        Ok(Self {
+            driver: PtuDriver::resumed(options),
+            polled: None,
+            rejected: VecDeque::new(),
+            now: Duration::ZERO,
+        })
     }
 
     fn is_sign_of_life(event: &HeadEvent) -> bool {

@@ -4,6 +4,7 @@ use super::constants::{BITS_PER_BYTE, PROBE_ATTEMPTS, PROBE_REPLY_LIMIT};
 use super::device_driver::{DeviceDriver, DriverOutput};
 use super::error::{Device, DeviceError};
 use super::port_config::{LineKind, PortConfig};
+use super::recording::{DialogueError, decode_laser, encode_laser};
 use scip::{LaserAction, LaserEvent, ScipDriver, ScipError, ScipOptions, StreamPlan};
 use std::time::Duration;
 
@@ -90,6 +91,20 @@ impl DeviceDriver for LaserDriver {
                 .take()
                 .map(|error| DriverOutput::Event(LaserEvent::RequestFailed(error))),
         }
+    }
+
+    fn idle_state(&self) -> Option<Vec<u8>> {
+        let identity = self.driver.identity()?;
+        let is_idle = self.driver.is_idle() && self.rejected.is_none();
+        is_idle.then(|| encode_laser(self.driver.options(), identity))
+    }
+
+    fn resumed(state: &[u8]) -> Result<Self, DialogueError> {
+        let (options, identity) = decode_laser(state)?;
+        Ok(Self {
+            driver: ScipDriver::resumed(options, identity),
+            rejected: None,
+        })
     }
 
     fn is_sign_of_life(event: &LaserEvent) -> bool {

@@ -10,6 +10,7 @@
 //! | `plan` | request, settings, identities | one sweep in counts |
 //! | `calibration_plan` | one request | the requests of a calibration |
 //! | `sweep_run`, `sweep_data` | events of both devices | commands for both; a raw sweep or an error |
+//! | `recording` | what ports and station do in a sweep | its dialogue as bytes, and from these the sweep again |
 //! | `station`, `device_state`, `head_memory`, `power_marker`, `report` | settings | both devices as one object with blocking calls; their state |
 
 mod calibration_plan;
@@ -27,6 +28,7 @@ mod plan;
 mod port;
 mod port_config;
 mod power_marker;
+mod recording;
 mod report;
 mod station;
 mod sweep_data;
@@ -43,5 +45,9 @@ pub use error::{Device, DeviceError, PortError};
 pub use head_memory::HeadMemory;
 pub use inventory::{PortReport, inventory};
 pub use plan::SweepRequest;
+pub use recording::{
+    DialogueEnd, DialogueEntry, DialogueEntryKind, DialogueError, ReplayError, ReplayedSweep,
+    SweepDialogue, replay_sweep,
+};
 pub use report::{AxisReport, DevicesReport, HeadReport, LaserReport};
 pub use station::Station;

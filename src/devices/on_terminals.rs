@@ -1,6 +1,6 @@
 //! Stations on threads and pseudo-terminals, in accelerated time.
 
-use super::{Cancel, DeviceError, Station, SweepRequest};
+use super::{Cancel, DeviceError, Station, SweepRequest, replay_sweep};
 use crate::config::Settings;
 use crate::devices::lockstep::rig::ROOM;
 use link::Clock;
@@ -49,6 +49,10 @@ fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
 
     let raw = station.sweep(&request, &Cancel::new()).expect("a sweep");
     assert!(!emulator.laser_on() && !emulator.head_moving());
+    let dialogue = station.take_dialogue().expect("recorded");
+    eprintln!("{} bytes of dialogue", dialogue.len());
+    let replayed = replay_sweep(&dialogue).expect("replayed").sweep;
+    assert!(replayed.is_ok_and(|replayed| replayed == raw));
     let sweep = assemble(&raw).expect("assembles");
     eprintln!("{:?}, lag {:?}", sweep.quality, emulator.take_lag());
     // The accuracy depends on the load of the machine; the points lie in the room all the same.
@@ -71,6 +75,9 @@ fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
         Err(DeviceError::Cancelled)
     );
     canceller.join().expect("no panic");
+    let dialogue = station.take_dialogue().expect("recorded");
+    let replayed = replay_sweep(&dialogue).expect("replayed").sweep;
+    assert_eq!(replayed, Err(DeviceError::Cancelled));
     assert!(!emulator.laser_on() && !emulator.head_moving());
     station.park().expect("parks");
     drop(station);

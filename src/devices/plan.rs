@@ -8,6 +8,7 @@ use super::error::DeviceError;
 use crate::config::{MountConfig, PtuConfig, SweepConfig, SweepMode};
 use patrold_engine::geometry::Mount;
 use patrold_engine::scan::ScanGeometry;
+use patrold_engine::sweep::{PanSegment, RawSweep};
 use ptu::{AxisIdentity, AxisScale, HeadIdentity, Sign};
 use scip::{LaserParameters, StreamPlan};
 use std::time::Duration;
@@ -194,6 +195,24 @@ impl SweepPlan {
             tilt_backlash_rad: head.settings.tilt_backlash_rad,
             notes,
         })
+    }
+}
+
+impl SweepPlan {
+    /// The raw sweep with these segments.
+    pub(super) fn raw_sweep(&self, pan_segments: Vec<PanSegment>) -> RawSweep {
+        RawSweep {
+            scan_geometry: self.scan_geometry.clone(),
+            mount: self.mount.clone(),
+            tilt_rad_per_step: self.tilt_rad_per_step,
+            tilt_zero_rad: self.tilt_zero_rad,
+            tilt_low_rad: self.tilt_range_rad.0,
+            tilt_high_rad: self.tilt_range_rad.1,
+            line_pitch_rad: self.line_pitch_rad,
+            time_offset_s: self.time_offset_s,
+            tilt_backlash_rad: self.tilt_backlash_rad,
+            pan_segments,
+        }
     }
 }
 

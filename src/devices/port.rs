@@ -7,6 +7,7 @@ use super::constants::{
 use super::device_driver::{DeviceDriver, DriverOutput};
 use super::error::DeviceError;
 use super::port_config::{OpenAttempt, PortConfig};
+use super::recording::{DialogueTap, RecordedDriver};
 use link::Clock;
 use link::Link;
 use std::collections::HashSet;
@@ -45,6 +46,7 @@ impl<D: DeviceDriver> Port<D> {
     pub(super) fn spawn(
         config: PortConfig,
         clock: Clock,
+        tap: DialogueTap,
         send_event: impl FnMut(PortEvent<D::Event>, Duration) -> bool + Send + 'static,
     ) -> Result<Self, DeviceError>
     where
@@ -56,6 +58,7 @@ impl<D: DeviceDriver> Port<D> {
         let runner = PortRunner::<D, _> {
             port: config,
             clock,
+            tap,
             commands: inbox,
             stop: Arc::clone(&stop),
             send_event,
@@ -103,6 +106,7 @@ impl<D: DeviceDriver> Drop for Port<D> {
 struct PortRunner<D: DeviceDriver, F> {
     port: PortConfig,
     clock: Clock,
+    tap: DialogueTap,
     commands: Receiver<D::Command>,
     stop: Arc<AtomicBool>,
     send_event: F,
@@ -216,7 +220,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
     }
 
     fn serve(&mut self, mut link: Box<dyn Link>, baud: u32, probing: bool) -> ServeEnd {
-        let mut driver = D::new(&self.port, baud, probing);
+        let mut driver = RecordedDriver::<D>::new(&self.port, baud, probing, self.tap.clone());
         // Drop commands queued before the port was open.
         while self.commands.try_recv().is_ok() {}
         driver.connect(self.clock.now());
@@ -237,6 +241,10 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
                 Ok(count) => {
                     let now = self.clock.now();
                     driver.handle_bytes(buffer.get(..count).unwrap_or_default(), now);
+                    // The outputs of one input before the next input.
+                    if let Err(end) = self.process_outputs(&mut driver, &mut *link) {
+                        return end;
+                    }
                 }
                 Err(error) => {
                     return ServeEnd::Failed(DeviceError::Port {
@@ -247,7 +255,6 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
             }
             driver.handle_deadline(self.clock.now());
             while let Ok(command) = self.commands.try_recv() {
-                // The outputs of one input before the next input.
                 if let Err(end) = self.process_outputs(&mut driver, &mut *link) {
                     return end;
                 }
@@ -257,7 +264,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
     }
 
     /// How long the next read may block.
-    fn read_timeout(&self, driver: &D) -> Duration {
+    fn read_timeout(&self, driver: &RecordedDriver<D>) -> Duration {
         match driver.deadline() {
             None => READ_IDLE,
             Some(deadline) => {
@@ -270,7 +277,11 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
     }
 
     /// Writes the bytes and reports the events of the driver.
-    fn process_outputs(&mut self, driver: &mut D, link: &mut dyn Link) -> Result<(), ServeEnd> {
+    fn process_outputs(
+        &mut self,
+        driver: &mut RecordedDriver<D>,
+        link: &mut dyn Link,
+    ) -> Result<(), ServeEnd> {
         while let Some(output) = driver.poll() {
             match output {
                 DriverOutput::Send(bytes) => {
@@ -302,7 +313,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
     }
 
     /// Laser off, head halted, if the device still responds.
-    fn stop_device(&mut self, driver: &mut D, link: &mut dyn Link) {
+    fn stop_device(&mut self, driver: &mut RecordedDriver<D>, link: &mut dyn Link) {
         let until = Instant::now() + CLOSE_LIMIT;
         let mut buffer = [0; 4096];
         driver.stop(self.clock.now());
@@ -333,7 +344,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
 }
 
 /// Writes the remaining bytes of the driver without waiting for replies.
-fn flush<D: DeviceDriver>(driver: &mut D, link: &mut dyn Link) {
+fn flush<D: DeviceDriver>(driver: &mut RecordedDriver<D>, link: &mut dyn Link) {
     while let Some(output) = driver.poll() {
         if let DriverOutput::Send(bytes) = output {
             let _ = link.write_all(&bytes, COMMAND_WRITE_LIMIT);
@@ -348,6 +359,7 @@ mod tests {
     use crate::devices::laser::LaserDriver;
     use crate::devices::lockstep::rig::ROOM;
     use crate::devices::port_config::{OpenAttempt, PortConfig};
+    use crate::devices::recording::DialogueTap;
     use link::Clock;
     use patrold_sim::emulator::{Emulation, EmulationOptions};
     use patrold_sim::emulator::{Emulator, EmulatorPorts};
@@ -390,6 +402,7 @@ mod tests {
                 unit: Some("H0706400".to_owned()),
             },
             clock: clock.clone(),
+            tap: DialogueTap::default(),
             commands: mpsc::channel().1,
             stop: Arc::new(AtomicBool::new(false)),
             send_event,

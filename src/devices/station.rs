@@ -2,6 +2,7 @@
 
 mod home;
 mod park;
+mod record;
 mod start_pose;
 mod travel;
 mod watch;
@@ -17,6 +18,7 @@ use super::head_memory::HeadMemory;
 use super::plan::{HeadFacts, LaserFacts, SweepPlan, SweepRequest};
 use super::port::PortEvent;
 use super::port_config::{LineKind, PortConfig, configured_ports};
+use super::recording::{DialogueEnd, DialogueEntryKind, DialogueTap, encode_plan};
 use super::report::{DevicesReport, HeadReport, LaserReport};
 use super::sweep_run::{PortNames, SweepAction, SweepRun};
 use crate::config::{PtuConfig, Settings};
@@ -35,6 +37,8 @@ pub struct Station {
     ptu: PtuConfig,
     /// Start of the last successful sweep.
     last_start: Option<StartPose>,
+    /// The dialogue of the last sweep, if it was recorded.
+    dialogue: Option<Vec<u8>>,
 }
 
 impl Station {
@@ -146,6 +150,7 @@ impl Station {
             head_port,
             ptu: settings.ptu.clone(),
             last_start: None,
+            dialogue: None,
         }
     }
 
@@ -257,29 +262,57 @@ impl Station {
             head: self.head_port.name.clone(),
         };
         let start = StartPose::of_sweep(&plan);
-        let mut run = SweepRun::new(plan, names, self.links.now());
+        let encoded_plan = encode_plan(&plan, &names);
+        let (began_at, tap) = (self.begin_recording()?, self.links.tap().clone());
+        let mut run = SweepRun::new(plan, names, began_at);
+        let outcome = self.run_sweep(&mut run, &tap, cancel);
+        let end = match &outcome {
+            Ok(_) => DialogueEnd::Complete,
+            Err(error) => DialogueEnd::Failed(error.to_string()),
+        };
+        self.dialogue = tap.finish(&encoded_plan, end);
+        if matches!(outcome, Err(DeviceError::Stalled { .. })) {
+            self.state.distrust_position("an axis stalled");
+        }
+        self.last_start = start.filter(|_| outcome.is_ok());
+        outcome
+    }
+
+    fn run_sweep(
+        &mut self,
+        run: &mut SweepRun,
+        tap: &DialogueTap,
+        cancel: &Cancel,
+    ) -> Result<RawSweep, DeviceError> {
+        use DialogueEntryKind as Kind;
         loop {
-            self.process_actions(&mut run);
+            self.process_actions(run);
             if let Some(outcome) = run.take_outcome() {
-                if matches!(outcome, Err(DeviceError::Stalled { .. })) {
-                    self.state.distrust_position("an axis stalled");
-                }
-                self.last_start = start.filter(|_| outcome.is_ok());
                 return outcome;
             }
             if cancel.is_cancelled() {
-                run.cancel(self.links.now());
-                self.process_actions(&mut run);
+                let now = self.links.now();
+                tap.note_sweep(Device::Laser, &Kind::Cancelled, now);
+                run.cancel(now);
+                self.process_actions(run);
             }
             let message = self.next_message(run.deadline());
             let now = self.links.now();
             match message {
-                Some(PortMessage::Laser(PortEvent::Device(event))) => run.on_laser(event, now),
-                Some(PortMessage::Head(PortEvent::Device(event))) => run.on_head(event, now),
+                Some(PortMessage::Laser(PortEvent::Device(event))) => {
+                    tap.note_sweep(Device::Laser, &Kind::EventHandled, now);
+                    run.on_laser(event, now);
+                }
+                Some(PortMessage::Head(PortEvent::Device(event))) => {
+                    tap.note_sweep(Device::Head, &Kind::EventHandled, now);
+                    run.on_head(event, now);
+                }
                 Some(PortMessage::Laser(PortEvent::Lost { error, .. })) => {
+                    tap.note_sweep(Device::Laser, &Kind::PortLost, now);
                     run.on_lost(Device::Laser, error, now);
                 }
                 Some(PortMessage::Head(PortEvent::Lost { error, .. })) => {
+                    tap.note_sweep(Device::Head, &Kind::PortLost, now);
                     run.on_lost(Device::Head, error, now);
                 }
                 Some(
@@ -287,7 +320,10 @@ impl Station {
                 )
                 | None => {}
             }
-            run.on_time(now);
+            if now >= run.deadline() {
+                tap.note_sweep(Device::Laser, &Kind::SweepDeadline, now);
+                run.on_time(now);
+            }
         }
     }
 

@@ -25,6 +25,8 @@ pub(super) struct ActiveRequest {
     /// The first sweep suggested lost steps; this is the second, after homing.
     pub(super) repeated_sweep: bool,
     pub(super) judgement: Option<SweepJudgement>,
+    /// What the devices said during its last sweep, where it was recorded.
+    pub(super) dialogue: Option<Vec<u8>>,
     pub(super) timing: StepTiming,
     pub(super) teach: TeachOptions,
 }
@@ -42,6 +44,7 @@ impl ActiveRequest {
             basis: None,
             repeated_sweep: false,
             judgement: None,
+            dialogue: None,
             timing: StepTiming::default(),
         }
     }
@@ -156,10 +159,7 @@ impl ActiveRequest {
         let visit = NewVisit {
             waypoint,
             reference_id: self.stored_reference().map(|r| r.id),
-            sweep: match assembled {
-                Some(sweep) => Some(sweep_record(sweep, &quality)),
-                None => self.unassembled_raw().map(raw_record),
-            },
+            sweep: self.sweep_of_visit(assembled, &quality),
             verdict,
             reason,
             d_gmm: report.map(|r| r.d_gmm),
@@ -212,8 +212,28 @@ impl ActiveRequest {
         })))
     }
 
-    fn unassembled_raw(&self) -> Option<&[u8]> {
-        self.judgement.as_ref()?.unassembled_raw.as_deref()
+    /// What there is of its sweep: where it failed half way, the bytes that came.
+    fn sweep_of_visit<'a>(
+        &'a self,
+        assembled: Option<&'a AssembledSweep>,
+        quality: &'a str,
+    ) -> Option<SweepRecord<'a>> {
+        let judgement = self.judgement.as_ref();
+        let dialogue = self.dialogue.as_deref();
+        let Some(sweep) = assembled else {
+            let raw = judgement.and_then(|j| j.unassembled_raw.as_deref());
+            let is_any = raw.is_some() || dialogue.is_some();
+            return is_any.then_some(SweepRecord {
+                view: None,
+                raw,
+                dialogue,
+                quality: "null",
+            });
+        };
+        Some(SweepRecord {
+            dialogue,
+            ..sweep_record(sweep, quality)
+        })
     }
 
     /// The answer to a bare sweep, which leaves nothing on disk.
@@ -245,16 +265,8 @@ fn sweep_record<'a>(sweep: &'a AssembledSweep, quality: &'a str) -> SweepRecord<
     SweepRecord {
         view: Some(&sweep.view),
         raw: Some(&sweep.raw),
+        dialogue: None,
         quality,
-    }
-}
-
-/// Raw data that gave no view, stored for diagnosis.
-fn raw_record(raw: &[u8]) -> SweepRecord<'_> {
-    SweepRecord {
-        view: None,
-        raw: Some(raw),
-        quality: "null",
     }
 }
 

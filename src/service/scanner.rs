@@ -47,6 +47,12 @@ pub trait Scanner: Send {
         cancel: &Cancel,
     ) -> Result<RawSweep, ScannerError>;
 
+    /// The bytes of both devices during the last sweep, also of one that failed, as docs/recording.md has them; `None` where they
+    /// were not recorded.
+    fn take_dialogue(&mut self) -> Option<Vec<u8>> {
+        None
+    }
+
     /// Moves the head back to the start of the last sweep; blocks. Gives the duration on the devices' clock, `None` where
     /// the head did not get there.
     fn return_to_start(&mut self, _cancel: &Cancel) -> Option<Duration> {

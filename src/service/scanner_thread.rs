@@ -28,10 +28,12 @@ pub(super) enum ScannerEvent {
     Lost(String),
     /// The devices are released.
     Closed,
-    Swept(u64, Box<RawSweep>),
+    /// A sweep, and the bytes of the devices where they were recorded.
+    Swept(u64, Box<RawSweep>, Option<Vec<u8>>),
     /// How long the head's return to the start took on the devices' clock; `None` where it did not get there.
     Returned(Option<Duration>),
-    SweepFailed(u64, ScannerError),
+    /// No sweep, and what came of it.
+    SweepFailed(u64, ScannerError, Option<Vec<u8>>),
 }
 
 enum ScannerCommand {
@@ -257,9 +259,10 @@ impl<F: FnMut(ScannerEvent)> ScannerWorker<F> {
             }),
         };
         self.end_call();
+        let dialogue = self.scanner.as_mut().and_then(|s| s.take_dialogue());
         match result {
-            Ok(raw_sweep) => ScannerEvent::Swept(id, Box::new(raw_sweep)),
-            Err(error) => ScannerEvent::SweepFailed(id, error),
+            Ok(raw_sweep) => ScannerEvent::Swept(id, Box::new(raw_sweep), dialogue),
+            Err(error) => ScannerEvent::SweepFailed(id, error, dialogue),
         }
     }
 
@@ -376,7 +379,7 @@ mod tests {
         drop(release);
         let failed = events.recv().expect("the thread runs");
         assert!(
-            matches!(failed, ScannerEvent::SweepFailed(1, _)),
+            matches!(failed, ScannerEvent::SweepFailed(1, ..)),
             "{failed:?}"
         );
         assert!(!thread.is_overdue());

@@ -147,6 +147,10 @@ impl Scanner for StationScanner {
         })
     }
 
+    fn take_dialogue(&mut self) -> Option<Vec<u8>> {
+        self.station.take_dialogue()
+    }
+
     fn return_to_start(&mut self, cancel: &Cancel) -> Option<Duration> {
         // A failure is in the notes, and the next sweep meets it again.
         self.station.return_to_start(cancel).ok().flatten()

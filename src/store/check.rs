@@ -157,7 +157,8 @@ impl Store {
             let mut query = db.prepare(
                 "SELECT s.id, (SELECT min(v.id) FROM visit v WHERE v.sweep_id = s.id), w.name, f.file
                  FROM (SELECT id, view_file AS file FROM sweep WHERE view_file IS NOT NULL
-                       UNION ALL SELECT id, raw_file FROM sweep WHERE raw_file IS NOT NULL) f
+                       UNION ALL SELECT id, raw_file FROM sweep WHERE raw_file IS NOT NULL
+                       UNION ALL SELECT id, dialogue_file FROM sweep WHERE dialogue_file IS NOT NULL) f
                  JOIN sweep s ON s.id = f.id JOIN waypoint w ON w.id = s.waypoint_id
                  ORDER BY s.id, f.file",
             )?;

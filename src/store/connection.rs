@@ -334,6 +334,7 @@ const MIGRATIONS: &[M<'static>] = &[
     M::up(include_str!("../../migrations/0003_evidence.sql")),
     M::up(include_str!("../../migrations/0004_sighting.sql")),
     M::up(include_str!("../../migrations/0005_log_queries.sql")),
+    M::up(include_str!("../../migrations/0006_dialogue.sql")),
 ];
 
 fn migrations() -> Migrations<'static> {

@@ -36,6 +36,7 @@ pub(super) struct HeldVisit {
 struct HeldSweep {
     view: Option<View>,
     raw: Option<Vec<u8>>,
+    dialogue: Option<Vec<u8>>,
     quality: String,
 }
 
@@ -43,7 +44,8 @@ impl HeldSweep {
     fn bytes(&self) -> usize {
         let view = self.view.as_ref();
         let points = view.map_or(0, |view| size_of_val(view.points.as_slice()));
-        points + self.raw.as_ref().map_or(0, Vec::len)
+        let bytes = self.raw.iter().chain(&self.dialogue).map(Vec::len);
+        points + bytes.sum::<usize>()
     }
 }
 
@@ -56,6 +58,7 @@ impl HeldVisit {
             sweep: self.sweep.as_ref().map(|sweep| SweepRecord {
                 view: sweep.view.as_ref(),
                 raw: sweep.raw.as_deref(),
+                dialogue: sweep.dialogue.as_deref(),
                 quality: &sweep.quality,
             }),
             verdict: self.verdict,
@@ -89,6 +92,7 @@ impl HeldVisits {
         let sweep = visit.sweep.as_ref().map(|sweep| HeldSweep {
             view: sweep.view.cloned(),
             raw: sweep.raw.map(<[u8]>::to_vec),
+            dialogue: sweep.dialogue.map(<[u8]>::to_vec),
             quality: sweep.quality.to_owned(),
         });
         self.visits.push_back(HeldVisit {
@@ -185,6 +189,7 @@ mod tests {
             waypoint: "hall",
             reference_id: None,
             sweep: Some(SweepRecord {
+                dialogue: None,
                 view: None,
                 raw: Some(raw),
                 quality: "null",

@@ -177,8 +177,9 @@ impl Ledger {
         else {
             return;
         };
-        let waiting: u64 = self.waiting.iter().map(|(_, files)| files.bytes()).sum();
-        if waiting + files.bytes() <= MAX_WAITING_BYTES {
+        let size = |files: &SweepFiles| files.bytes() + files.dialogue_bytes();
+        let waiting: u64 = self.waiting.iter().map(|(_, files)| size(files)).sum();
+        if waiting + size(&files) <= MAX_WAITING_BYTES {
             self.waiting.push_back((sweep_id, files));
         }
     }

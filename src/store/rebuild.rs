@@ -4,6 +4,7 @@ use super::backup::replace_database::{put_in_place, remove_database};
 use super::connection::{RecordTime, Store, database_path, open_database, write_back};
 use super::disk::{Disk, SystemDisk};
 use super::error::StoreError;
+use super::evidence::EvidenceGaps;
 use super::journal::line::{JournalLine, read_lines};
 use super::journal::position::set_last_number;
 use super::journal::tables::{journal_path, journaled_tables, watch_tables_from_now_on};
@@ -26,7 +27,7 @@ pub struct RebuildResult {
     pub incomplete_rows: usize,
     /// Sweeps whose files are not there or are damaged.
     pub evidence_missing: usize,
-    /// Evidence files that still no row names.
+    /// EvidenceGaps files that still no row names.
     pub unnamed_files: usize,
     /// Where the old database is now; null: there was none.
     pub old_database: Option<PathBuf>,
@@ -117,26 +118,44 @@ impl Store {
     fn mark_missing_evidence(&mut self) -> Result<usize, StoreError> {
         let sweeps = self.query(|db| {
             let mut query = db.prepare(
-                "SELECT id, evidence, view_file, raw_file FROM sweep
-                 WHERE view_file IS NOT NULL OR raw_file IS NOT NULL ORDER BY id",
+                "SELECT id, evidence, evidence_why, dialogue_why, view_file, raw_file, dialogue_file FROM sweep
+                 WHERE view_file IS NOT NULL OR raw_file IS NOT NULL OR dialogue_file IS NOT NULL ORDER BY id",
             )?;
             let rows = query.query_map([], |row| {
-                let files: [Option<String>; 2] = [row.get(2)?, row.get(3)?];
-                Ok((row.get::<_, i64>(0)?, row.get::<_, String>(1)?, files))
+                let known = EvidenceGaps {
+                    view_and_raw: row.get(2)?,
+                    dialogue: row.get(3)?,
+                };
+                let is_settled = row.get::<_, String>(1)? != "pending";
+                let files: [Option<String>; 3] = [row.get(4)?, row.get(5)?, row.get(6)?];
+                Ok((row.get::<_, i64>(0)?, is_settled, known, files))
             })?;
             Ok(rows.collect::<Result<Vec<_>, _>>()?)
         })?;
         let mut missing = 0;
-        for (id, evidence, files) in sweeps {
+        for (id, is_settled, known, [view, raw, dialogue]) in sweeps {
             let read = |file: &String| self.files.get(file).err();
-            let damage = files.iter().flatten().find_map(read);
-            missing += usize::from(damage.is_some());
-            match (damage, evidence.as_str()) {
-                (None, "stored") | (Some(_), "missing") => {}
-                (None, _) => self.mark_evidence(id, "stored", None)?,
-                // The disk did not let it be read now.
-                (Some(why), _) if !why.is_of_the_file() => {}
-                (Some(why), _) => self.mark_evidence(id, "missing", Some(&why.to_string()))?,
+            let damage = view.iter().chain(&raw).find_map(read);
+            let lost = dialogue.iter().find_map(read);
+            missing += usize::from(damage.is_some() || lost.is_some());
+            let mut errors = damage.iter().chain(&lost);
+            // The disk did not let it be read now.
+            if errors.any(|error| !error.is_of_the_file()) {
+                continue;
+            }
+            // The first reason stays.
+            let why = |error: Option<StoreError>, known: &Option<String>| {
+                error.map(|error| known.clone().unwrap_or_else(|| error.to_string()))
+            };
+            let found = EvidenceGaps {
+                view_and_raw: why(damage, &known.view_and_raw),
+                dialogue: match dialogue {
+                    Some(_) => why(lost, &known.dialogue),
+                    None => known.dialogue.clone(),
+                },
+            };
+            if found != known || !is_settled {
+                self.mark_evidence(id, &found)?;
             }
         }
         Ok(missing)

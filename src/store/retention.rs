@@ -9,6 +9,9 @@ use super::error::StoreError;
 use rusqlite::params;
 use std::collections::{BTreeMap, BTreeSet};
 
+/// Why the bytes of the devices are not there.
+const DELETED: &str = "retention deleted them (store.keep_days, store.keep_gib)";
+
 /// What is kept.
 #[derive(Debug, Clone, Copy)]
 pub struct Retention {
@@ -84,12 +87,15 @@ impl Store {
             // The row first: no row names a file that is gone.
             let free = self.transaction(|change| {
                 change.execute(
-                    "UPDATE sweep SET view_file = NULL, raw_file = NULL WHERE id = ?1",
-                    [sweep.id],
+                    "UPDATE sweep SET view_file = NULL, raw_file = NULL, dialogue_file = NULL,
+                                      dialogue_why = coalesce(dialogue_why, iif(dialogue_file IS NULL, NULL, ?2))
+                     WHERE id = ?1",
+                    params![sweep.id, DELETED],
                 )?;
                 let mut named = change.prepare(
                     "SELECT EXISTS (SELECT 1 FROM sweep WHERE view_file = ?1)
-                     OR EXISTS (SELECT 1 FROM sweep WHERE raw_file = ?1)",
+                     OR EXISTS (SELECT 1 FROM sweep WHERE raw_file = ?1)
+                     OR EXISTS (SELECT 1 FROM sweep WHERE dialogue_file = ?1)",
                 )?;
                 let mut free = Vec::new();
                 for file in &sweep.files {
@@ -152,7 +158,8 @@ impl Store {
         let named: BTreeSet<String> = self.query(|db| {
             let mut query = db.prepare(
                 "SELECT view_file FROM sweep WHERE view_file IS NOT NULL
-                 UNION SELECT raw_file FROM sweep WHERE raw_file IS NOT NULL",
+                 UNION SELECT raw_file FROM sweep WHERE raw_file IS NOT NULL
+                 UNION SELECT dialogue_file FROM sweep WHERE dialogue_file IS NOT NULL",
             )?;
             let rows = query.query_map([], |row| row.get(0))?;
             Ok(rows.collect::<Result<_, _>>()?)
@@ -166,18 +173,19 @@ impl Store {
         let older_than = retention.older_than.map(time_text).unwrap_or_default();
         self.query(|db| {
             let mut query = db.prepare(
-                "SELECT s.id, s.taken_at < ?1, s.view_file, s.raw_file,
+                "SELECT s.id, s.taken_at < ?1, s.view_file, s.raw_file, s.dialogue_file,
                         EXISTS (SELECT 1 FROM visit v WHERE v.sweep_id = s.id AND v.alarm_id IS NOT NULL)
                         OR EXISTS (SELECT 1 FROM reference r JOIN visit v ON v.reference_id = r.id
                                    WHERE r.sweep_id = s.id AND v.alarm_id IS NOT NULL)
                         OR EXISTS (SELECT 1 FROM reference r JOIN waypoint w ON w.id = r.waypoint_id
                                    WHERE r.sweep_id = s.id AND w.forgotten_at IS NULL),
                         EXISTS (SELECT 1 FROM reference r WHERE r.sweep_id = s.id)
-                 FROM sweep s WHERE s.view_file IS NOT NULL OR s.raw_file IS NOT NULL ORDER BY s.id",
+                 FROM sweep s WHERE s.view_file IS NOT NULL OR s.raw_file IS NOT NULL OR s.dialogue_file IS NOT NULL
+                 ORDER BY s.id",
             )?;
             let rows = query.query_map(params![older_than], |row| {
-                let files: [Option<String>; 2] = [row.get(2)?, row.get(3)?];
-                let hold = match (row.get(4)?, row.get(5)?) {
+                let files: [Option<String>; 3] = [row.get(2)?, row.get(3)?, row.get(4)?];
+                let hold = match (row.get(5)?, row.get(6)?) {
                     (true, _) => Protection::Always,
                     (false, true) => Protection::UntilOld,
                     (false, false) => Protection::None,

@@ -48,16 +48,17 @@ impl Store {
     pub fn disk_space(&self) -> Result<DiskSpace, StoreError> {
         let files = self.query(|db| {
             let mut query = db.prepare(
-                "SELECT view_file, raw_file FROM sweep WHERE view_file IS NOT NULL OR raw_file IS NOT NULL
+                "SELECT view_file, raw_file, dialogue_file FROM sweep
+                 WHERE view_file IS NOT NULL OR raw_file IS NOT NULL OR dialogue_file IS NOT NULL
                  ORDER BY id DESC LIMIT ?1",
             )?;
             let rows = query.query_map([VISITS_MEASURED], |row| {
-                let files: [Option<String>; 2] = [row.get(0)?, row.get(1)?];
+                let files: [Option<String>; 3] = [row.get(0)?, row.get(1)?, row.get(2)?];
                 Ok(files)
             })?;
             Ok(rows.collect::<Result<Vec<_>, _>>()?)
         })?;
-        let size = |files: &[Option<String>; 2]| -> u64 {
+        let size = |files: &[Option<String>; 3]| -> u64 {
             files.iter().flatten().map(|f| self.files.size(f)).sum()
         };
         let sizes: Vec<u64> = files.iter().map(size).filter(|size| *size > 0).collect();

@@ -16,6 +16,8 @@ pub struct SweepRecord<'a> {
     pub view: Option<&'a View>,
     /// Raw sweep, encoded.
     pub raw: Option<&'a [u8]>,
+    /// The bytes of both devices as they came: docs/recording.md.
+    pub dialogue: Option<&'a [u8]>,
     /// Quality figures, as JSON; `null`: none.
     pub quality: &'a str,
 }
@@ -25,7 +27,11 @@ pub struct SweepRecord<'a> {
 pub(super) struct SweepFiles {
     view: Option<(String, Vec<u8>)>,
     raw: Option<(String, Vec<u8>)>,
+    dialogue: Option<(String, Vec<u8>)>,
 }
+
+/// Why a sweep has no dialogue.
+const NOT_RECORDED: &str = "they were not recorded";
 
 impl SweepRecord<'_> {
     pub(super) fn files(&self) -> SweepFiles {
@@ -33,25 +39,38 @@ impl SweepRecord<'_> {
         SweepFiles {
             view: self.view.map(|view| named(encode_view(view))),
             raw: self.raw.map(|raw| named(raw.to_vec())),
+            dialogue: self.dialogue.map(|bytes| named(bytes.to_vec())),
         }
     }
 }
 
 impl SweepFiles {
-    /// On disk when this returns.
+    /// View and raw data; on disk when this returns.
     pub(super) fn write(&self, files: &BlobFiles) -> Result<(), StoreError> {
-        for (_, bytes) in self.all() {
+        for (_, bytes) in self.view.iter().chain(&self.raw) {
             files.put(bytes)?;
         }
         Ok(())
     }
 
-    pub(super) fn bytes(&self) -> u64 {
-        self.all().map(|(_, bytes)| bytes.len() as u64).sum()
+    /// The dialogue; on disk when this returns.
+    pub(super) fn write_dialogue(&self, files: &BlobFiles) -> Result<(), StoreError> {
+        if let Some((_, bytes)) = &self.dialogue {
+            files.put(bytes)?;
+        }
+        Ok(())
     }
 
-    fn all(&self) -> impl Iterator<Item = &(String, Vec<u8>)> {
-        self.view.iter().chain(&self.raw)
+    /// Of view and raw data.
+    pub(super) fn bytes(&self) -> u64 {
+        let files = self.view.iter().chain(&self.raw);
+        files.map(|(_, bytes)| bytes.len() as u64).sum()
+    }
+
+    pub(super) fn dialogue_bytes(&self) -> u64 {
+        self.dialogue
+            .as_ref()
+            .map_or(0, |(_, bytes)| bytes.len() as u64)
     }
 }
 
@@ -66,8 +85,9 @@ pub(super) fn insert_sweep(
 ) -> Result<i64, StoreError> {
     let name = |file: &Option<(String, Vec<u8>)>| file.as_ref().map(|(name, _)| name.clone());
     change.execute(
-        "INSERT INTO sweep (waypoint_id, taken_at, boot_id, points, view_file, raw_file, quality, evidence)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+        "INSERT INTO sweep (waypoint_id, taken_at, boot_id, points, view_file, raw_file, quality, evidence, dialogue_file,
+                            dialogue_why)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
         params![
             waypoint_id,
             stamp.to_rfc3339(),
@@ -76,7 +96,9 @@ pub(super) fn insert_sweep(
             name(&files.view),
             name(&files.raw),
             sweep.quality,
-            evidence
+            evidence,
+            name(&files.dialogue),
+            files.dialogue.is_none().then_some(NOT_RECORDED),
         ],
     )?;
     Ok(change.last_insert_rowid())

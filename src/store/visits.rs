@@ -71,6 +71,8 @@ pub struct StoredVisit {
     pub view: Option<View>,
     /// Raw sweep, encoded.
     pub raw: Option<Vec<u8>>,
+    /// The bytes of both devices, as docs/recording.md has them; why they are not there.
+    pub dialogue: Result<Vec<u8>, String>,
     /// Quality figures of the sweep, as JSON.
     pub quality: String,
     /// Verdict: quiet, changed or not_observed.
@@ -84,6 +86,9 @@ pub struct StoredVisit {
     /// Engine settings then in force, as JSON.
     pub engine: String,
 }
+
+/// Why a visit of an earlier version has no dialogue.
+const TAKEN_BEFORE: &str = "it was taken before patrold kept the bytes of the devices";
 
 impl Store {
     /// Stores a visit and its effect on the waypoint's alarms, then the files of its sweep. The rows are on disk when this
@@ -127,38 +132,58 @@ impl Store {
     /// # Errors
     /// No such visit, its sweep was deleted, or a file is damaged.
     pub fn visit(&self, id: i64) -> Result<StoredVisit, StoreError> {
-        let (mut visit, files, missing) = self.query(|db| {
+        let (mut visit, [view, raw, dialogue], missing, why) = self.query(|db| {
             let row = db.query_row(
                 "SELECT w.name, v.reference_id, v.verdict, v.d_gmm, v.u_th, v.seed, v.engine,
                         coalesce(s.quality, 'null'), s.view_file, s.raw_file,
-                        CASE s.evidence WHEN 'missing' THEN coalesce(s.evidence_why, '') END
+                        CASE s.evidence WHEN 'missing' THEN coalesce(s.evidence_why, '') END,
+                        s.dialogue_file, s.dialogue_why
                  FROM visit v JOIN waypoint w ON w.id = v.waypoint_id
                  LEFT JOIN sweep s ON s.id = v.sweep_id
                  WHERE v.id = ?1",
                 [id],
                 |row| {
-                    let files: [Option<String>; 2] = [row.get(8)?, row.get(9)?];
-                    Ok((read_visit(row)?, files, row.get(10)?))
+                    let files: [Option<String>; 3] = [row.get(8)?, row.get(9)?, row.get(11)?];
+                    Ok((read_visit(row)?, files, row.get(10)?, row.get(12)?))
                 },
             );
             row.optional()?.ok_or(StoreError::UnknownVisit(id))
         })?;
-        if let Some(why) = missing {
+        visit.dialogue = match (dialogue, why) {
+            (_, Some(why)) => Err(why),
+            (Some(file), None) => self.files.get(&file).map_err(|error| error.to_string()),
+            (None, None) => Err(TAKEN_BEFORE.to_owned()),
+        };
+        if visit.dialogue.is_err()
+            && let Some(why) = missing
+        {
             let what = format!("the sweep of visit {id}");
             return Err(StoreError::EvidenceMissing { what, why });
         }
-        if files.iter().all(Option::is_none) {
+        if visit.dialogue.is_err() && view.is_none() && raw.is_none() {
             return Err(StoreError::NotKept {
                 what: format!("the sweep of visit {id}"),
                 why: "none was taken, or retention deleted it (store.keep_days, store.keep_gib)",
             });
         }
-        let [view, raw] = files;
+        // What is damaged there, the bytes of the devices may give again.
+        let is_needed = visit.dialogue.is_err();
         if let Some(file) = view {
-            visit.view = Some(decode_view(&file, &self.files.get(&file)?)?);
+            let view = self.files.get(&file);
+            let view = view.and_then(|bytes| Ok(decode_view(&file, &bytes)?));
+            visit.view = keep(view, is_needed)?;
         }
-        visit.raw = raw.map(|file| self.files.get(&file)).transpose()?;
+        if let Some(file) = raw {
+            visit.raw = keep(self.files.get(&file), is_needed)?;
+        }
         Ok(visit)
+    }
+}
+
+fn keep<T>(read: Result<T, StoreError>, is_needed: bool) -> Result<Option<T>, StoreError> {
+    match read {
+        Err(error) if is_needed => Err(error),
+        read => Ok(read.ok()),
     }
 }
 
@@ -168,6 +193,7 @@ fn read_visit(row: &Row<'_>) -> rusqlite::Result<StoredVisit> {
         reference_id: row.get(1)?,
         view: None,
         raw: None,
+        dialogue: Err(String::new()),
         quality: row.get(7)?,
         verdict: row.get(2)?,
         d_gmm: row.get(3)?,

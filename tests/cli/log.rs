@@ -79,6 +79,7 @@ pub(crate) fn novelty(x: f64) -> NoveltyRecord {
 pub(crate) fn teach(store: &mut Store, waypoint: &str, second: i64) {
     let view = View::from_points(vec![Point3::new(1.0, 2.0, second as f64)], Point3::origin());
     let sweep = SweepRecord {
+        dialogue: None,
         view: Some(&view),
         raw: None,
         quality: "{}",
@@ -124,6 +125,7 @@ pub(crate) fn visit_at(
         waypoint,
         reference_id: Some(store.reference(waypoint).expect("reference").id),
         sweep: Some(SweepRecord {
+            dialogue: None,
             view: Some(&view),
             raw: None,
             quality: "{}",

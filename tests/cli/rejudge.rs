@@ -67,6 +67,7 @@ pub(crate) fn store_folder_with(before: &[clouds::Crate]) -> tempfile::TempDir {
     let new = NewReference {
         waypoint: "hall",
         sweep: SweepRecord {
+            dialogue: None,
             view: Some(&before),
             raw: None,
             quality: &quality(100),
@@ -95,6 +96,7 @@ pub(crate) fn store_folder_with(before: &[clouds::Crate]) -> tempfile::TempDir {
             waypoint: "hall",
             reference_id: Some(1),
             sweep: (lines > 0).then_some(SweepRecord {
+                dialogue: None,
                 view: Some(&now),
                 raw: None,
                 quality: &quality,
@@ -198,7 +200,8 @@ fn a_stretch_of_the_log_is_judged_again_and_never_written() {
             .for_each(|line| schema::check("rejudge-difference", line));
         (lines, summary)
     };
-    let same = json!({"judged": 3, "differ": 0, "not_kept": 1, "failed": 0});
+    let same =
+        json!({"judged": 3, "from_device_bytes": 0, "differ": 0, "not_kept": 1, "failed": 0});
     for args in [
         &["--since", "2020-01-01"][..],
         &["--since", "2020-01-01", "--threads", "1"],
@@ -252,7 +255,7 @@ fn a_stretch_of_the_log_is_judged_again_and_never_written() {
     );
     assert!(
         text.out.ends_with(
-            "2 visits judged again: 1 differ; 0 without a stored sweep or reference, 0 failed\n"
+            "2 visits judged again, 0 from the bytes of the devices: 1 differ; 0 without a stored sweep or reference, 0 failed\n"
         ),
         "{text:?}"
     );

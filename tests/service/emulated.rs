@@ -1,10 +1,13 @@
 //! The service on the emulated devices, over pseudo-terminals, at five times real speed.
 
 use super::harness::{ScriptedScanner, ScriptedSweep, TestService, configure, parts};
+use super::{process, schema};
 use link::Clock;
 use patrold::service::{ServiceParts, StationConnector};
 use patrold_sim::emulator::{Emulation, EmulationOptions, Emulator, EmulatorPorts};
 use patrold_sim::world::{Scene, World};
+use serde_json::Value;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -16,6 +19,43 @@ fn scene(name: &str) -> Scene {
 
 fn world(name: &str) -> Arc<World> {
     Arc::new(scene(name).build(None).expect("builds"))
+}
+
+/// The bytes of the devices on disk give each visit's verdict again, to the last bit.
+fn check_rejudged(dir: &Path, replies: &[&Value]) {
+    for reply in replies {
+        let id = reply["visit_id"].to_string();
+        let output = process::patrold(dir, &["rejudge", &id, "--json"]).output();
+        let output = output.expect("the program starts");
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let again: Value = serde_json::from_str(&text)
+            .unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&output.stderr)));
+        schema::check("rejudge", &again);
+        assert_eq!(
+            again["source"]["from"], "device_bytes",
+            "{}",
+            again["source"]
+        );
+        let judged = &again["judged"];
+        assert_eq!(judged["verdict"], reply["verdict"]);
+        // As text, every digit.
+        let [now, then] = [&judged["d_gmm"], &reply["d_gmm"]].map(Value::to_string);
+        assert_eq!(now, then, "visit {id}");
+        let novelties = judged["novelties"].as_array().expect("a list");
+        let seen = reply["novelties"].as_array().expect("a list");
+        let centres = |list: &[Value]| -> Vec<String> {
+            list.iter().map(|n| n["centre"].to_string()).collect()
+        };
+        assert_eq!(centres(novelties), centres(seen), "visit {id}");
+    }
+    let output = process::patrold(dir, &["rejudge", "--since", "1h", "--json"]).output();
+    let text = String::from_utf8(output.expect("the program starts").stdout).expect("text");
+    let summary: Value =
+        serde_json::from_str(text.lines().last().expect("a summary")).expect("JSON");
+    schema::check("rejudge-summary", &summary);
+    assert_eq!(summary["failed"], 0, "{summary}");
+    assert_eq!(summary["judged"], summary["from_device_bytes"], "{summary}");
+    assert!(summary["judged"].as_u64() >= Some(3), "{summary}");
 }
 
 #[test]
@@ -94,4 +134,5 @@ fn a_round_with_the_emulated_devices() {
     assert!(!emulator.laser_on() && !emulator.head_moving());
     let reply = client.join().expect("no panic");
     assert!(reply.contains("not_observed"), "{reply}");
+    check_rejudged(dir.path(), &[&quiet, &changed, &silent]);
 }

@@ -334,6 +334,7 @@ fn teach_with(
     let new = NewReference {
         waypoint: "hall",
         sweep: SweepRecord {
+            dialogue: None,
             view: Some(&view),
             raw: None,
             quality: "{}",

@@ -62,6 +62,7 @@ pub(crate) fn teach(store: &mut Store, name: &str, second: i64) -> i64 {
     let new = NewReference {
         waypoint: name,
         sweep: SweepRecord {
+            dialogue: None,
             view: Some(&view),
             raw: Some(b"raw"),
             quality: "{}",
@@ -133,6 +134,7 @@ pub(crate) fn visit_of(
         waypoint: "hall",
         reference_id: Some(reference_id),
         sweep: Some(SweepRecord {
+            dialogue: None,
             view: Some(&view),
             raw: None,
             quality: "{}",
@@ -166,6 +168,7 @@ pub(crate) fn changed_visit<R>(
         waypoint,
         reference_id: Some(reference_id),
         sweep: Some(SweepRecord {
+            dialogue: None,
             view: Some(&view),
             raw: Some(raw.as_bytes()),
             quality: "{}",

@@ -1,6 +1,7 @@
 //! References, visits, alarms and retention in a store on disk.
 
 mod alarms;
+mod dialogue;
 #[path = "../harness/faulty_disk.rs"]
 mod faulty_disk;
 mod failing_calls;

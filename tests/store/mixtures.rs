@@ -17,6 +17,7 @@ fn teach(store: &mut Store) -> StoredReference {
     let new = NewReference {
         waypoint: "hall",
         sweep: SweepRecord {
+            dialogue: None,
             view: Some(&view),
             raw: None,
             quality: "{}",

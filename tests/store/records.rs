@@ -96,6 +96,7 @@ fn raw_data_that_could_not_be_assembled_is_kept() {
         waypoint: "hall",
         reference_id: Some(reference),
         sweep: Some(SweepRecord {
+            dialogue: None,
             view: None,
             raw: Some(b"odd scans"),
             quality: "null",
@@ -135,6 +136,7 @@ fn raw_data_that_could_not_be_assembled_is_kept() {
     let reference = NewReference {
         waypoint: "dock",
         sweep: SweepRecord {
+            dialogue: None,
             view: None,
             raw: None,
             quality: "null",
@@ -198,6 +200,7 @@ fn figures_that_are_not_finite_are_stored_as_null() {
             waypoint: "hall",
             reference_id: Some(reference),
             sweep: Some(SweepRecord {
+                dialogue: None,
                 view: Some(&view),
                 raw: None,
                 quality: "{}",

@@ -149,6 +149,7 @@ fn visit_with(
         waypoint: "hall",
         reference_id: Some(reference),
         sweep: Some(SweepRecord {
+            dialogue: None,
             view: view.as_ref(),
             raw: Some(raw),
             quality: "null",

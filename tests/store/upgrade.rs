@@ -1,8 +1,8 @@
 //! A store of an earlier version is upgraded without a loss, and its journal gives it back.
 
-use super::kit::stamp;
+use super::kit::{changed_visit, stamp};
 use super::rebuild::rows;
-use patrold::store::{Ledger, Store};
+use patrold::store::{Ledger, NewVisit, Store, SweepRecord};
 use patrold_engine::blob::encode_view;
 use rusqlite::Connection;
 use std::fs;
@@ -70,6 +70,29 @@ fn nothing_is_lost_by_an_upgrade_and_a_rebuild_after_it() {
     assert!(ledger.store.check(|_, _| ()).expect("checked").is_sound());
     let events = ledger.store.events(9).expect("events");
     assert_eq!(events[0].text, "old");
+    // Visits of then have no bytes of the devices, and one of now has.
+    let before_upgrade = ledger.store.visit(1).expect("an old visit");
+    let why = before_upgrade.dialogue.expect_err("none");
+    assert!(why.contains("before patrold kept the bytes"), "{why}");
+    let upgraded = rows(dir.path());
+    for (table, old) in &before {
+        assert_eq!(old.len(), upgraded[table].len(), "{table}");
+    }
+    let bytes = b"of both devices";
+    let recorded = changed_visit("hall", 1, 9.0, |new| {
+        let sweep = new.sweep.clone().map(|sweep| SweepRecord {
+            dialogue: Some(bytes),
+            ..sweep
+        });
+        let new = NewVisit {
+            sweep,
+            ..new.clone()
+        };
+        ledger.store.record_visit(&new, &stamp(50))
+    });
+    let visit_id = recorded.expect("recorded").visit_id;
+    let visit = ledger.store.visit(visit_id).expect("stored");
+    assert_eq!(visit.dialogue.as_deref(), Ok(&bytes[..]));
     ledger.close();
     let after = rows(dir.path());
     for (table, old) in &before {
@@ -79,11 +102,13 @@ fn nothing_is_lost_by_an_upgrade_and_a_rebuild_after_it() {
                 "{table}: {old:?}, now {new:?}"
             );
         }
-        assert_eq!(old.len(), after[table].len(), "{table}");
     }
     for name in ["patrold.db", "patrold.db-wal", "patrold.db-shm"] {
         let _ = fs::remove_file(dir.path().join(name));
     }
     Store::rebuild(dir.path(), &stamp(100)).expect("rebuilt");
     assert_eq!(rows(dir.path()), after);
+    let rebuilt = Store::open_for_reading(dir.path()).expect("reader");
+    let again = rebuilt.visit(visit_id).expect("stored");
+    assert_eq!(again.dialogue.as_deref(), Ok(&bytes[..]));
 }

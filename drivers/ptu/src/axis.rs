@@ -49,6 +49,12 @@ impl StepSize {
         })
     }
 
+    /// As stored before. `None` unless positive and finite.
+    #[must_use]
+    pub fn from_radians(radians: f64) -> Option<Self> {
+        (radians.is_finite() && radians > 0.0).then_some(Self { radians })
+    }
+
     /// Radians per position count.
     #[must_use]
     pub const fn radians(self) -> f64 {

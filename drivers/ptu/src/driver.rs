@@ -125,6 +125,31 @@ impl PtuDriver {
         }
     }
 
+    /// A connected driver with nothing to do, as [`is_idle`](Self::is_idle) found it: a recorded dialogue goes on from here.
+    #[must_use]
+    pub fn resumed(options: PtuOptions) -> Self {
+        let mut driver = Self::new(options);
+        driver.phase = DialoguePhase::Running;
+        driver.position_trusted = true;
+        driver
+    }
+
+    /// Connected, without a command waiting or in flight, a half-read line or an output.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.is_connected()
+            && self.pending() == 0
+            && self.resync.is_none()
+            && self.lines.is_between_lines()
+            && self.actions.is_empty()
+    }
+
+    /// As given to [`new`](Self::new).
+    #[must_use]
+    pub fn options(&self) -> &PtuOptions {
+        &self.options
+    }
+
     /// The next thing to do, until there is none.
     pub fn poll_action(&mut self) -> Option<PtuAction> {
         self.actions.pop_front()

@@ -45,6 +45,11 @@ pub(crate) struct ReplyBuffer {
 }
 
 impl ReplyBuffer {
+    /// Whether nothing of a line was read yet.
+    pub(crate) fn is_between_lines(&self) -> bool {
+        self.bytes.is_empty() && !self.skipping
+    }
+
     pub(crate) fn clear(&mut self) {
         *self = Self::default();
     }

@@ -113,6 +113,11 @@ impl Framer {
         self.skipping = false;
     }
 
+    /// Whether nothing of a message was read yet.
+    pub(crate) fn is_between_messages(&self) -> bool {
+        self.buffer.is_empty() && self.line_bytes == 0 && !self.skipping
+    }
+
     /// How many lines or messages were dropped for their length.
     #[must_use]
     pub fn overruns(&self) -> u64 {

@@ -1,13 +1,12 @@
 //! The verdict on a stored sweep with other settings.
 
+use super::source::{SweepSource, load_sweep};
 use crate::cli::failure::{Failure, NOT_OBSERVED, verdict_exit_code};
 use crate::config::Settings;
 use crate::store::{ReadyReference, ReferenceError, StoredReference, StoredVisit};
-use patrold_engine::geometry::View;
 use patrold_engine::inspect::inspect;
 use patrold_engine::novelty::{ComparedMixtures, Verdict};
 use patrold_engine::report::NoveltyRecord;
-use patrold_engine::sweep::{SweepQuality, assemble, decode_raw_sweep};
 use serde::Serialize;
 
 /// The verdict with the current settings.
@@ -21,6 +20,9 @@ pub(super) struct NewVerdict {
     pub(super) novelties: Vec<NoveltyRecord>,
     #[serde(skip)]
     pub(super) exit_code: u8,
+    /// What it began from.
+    #[serde(skip)]
+    pub(super) source: SweepSource,
     /// Why the stored mixture of the reference was not used.
     #[serde(skip)]
     pub(super) made_anew: Option<String>,
@@ -64,10 +66,17 @@ pub(super) fn judge(
         engine: settings.novelty.engine.as_str(),
         novelties: Vec::new(),
         exit_code: NOT_OBSERVED,
+        source: SweepSource::default(),
         made_anew: None,
         compared: None,
     };
-    let (view, quality) = match load_view(visit)? {
+    let loaded = load_sweep(visit)?;
+    let source = loaded.source;
+    let not_observed = |reason| NewVerdict {
+        source: source.clone(),
+        ..not_observed(reason)
+    };
+    let (view, quality) = match loaded.sweep {
         Ok(loaded) => loaded,
         Err(reason) => return Ok(not_observed(reason)),
     };
@@ -106,27 +115,8 @@ pub(super) fn judge(
         engine: settings.novelty.engine.as_str(),
         novelties,
         exit_code: verdict_exit_code(detection.verdict),
+        source,
         made_anew,
         compared: Some(inspection.detection.compared),
     })
-}
-
-/// The stored view with its quality, or where there is none, the raw sweep assembled again; a reason where that fails.
-fn load_view(visit: &StoredVisit) -> Result<Result<(View, Option<SweepQuality>), String>, Failure> {
-    if let Some(view) = &visit.view {
-        let quality = match visit.quality.as_str() {
-            "" | "{}" | "null" => None,
-            text => Some(
-                serde_json::from_str(text)
-                    .map_err(|error| Failure::Failed(format!("stored sweep quality: {error}")))?,
-            ),
-        };
-        return Ok(Ok((view.clone(), quality)));
-    }
-    let raw = visit.raw.as_deref().unwrap_or_default();
-    let raw = decode_raw_sweep(raw)
-        .map_err(|error| Failure::Failed(format!("stored raw sweep: {error}")))?;
-    Ok(assemble(&raw)
-        .map(|sweep| (sweep.view, Some(sweep.quality)))
-        .map_err(|error| error.to_string()))
 }

@@ -3,6 +3,7 @@
 
 use super::args::RejudgeArgs;
 use super::judge::{NewVerdict, PreparedReference, judge, prepare};
+use super::source::{SourceKind, SweepSource};
 use crate::cli::failure::{CommandResult, DONE, FAILED, Failure};
 use crate::cli::local_time::local_time;
 use crate::cli::{output, progress};
@@ -29,6 +30,8 @@ struct Difference {
     clock_unset: bool,
     stored: VerdictBrief,
     judged: VerdictBrief,
+    /// What it was judged from.
+    source: SweepSource,
     /// What else differs: threshold, distance, settings, the reference's mixture.
     why: Vec<String>,
 }
@@ -46,6 +49,8 @@ struct VerdictBrief {
 struct Summary {
     /// Visits judged again.
     judged: u64,
+    /// Of these, those judged from the bytes of the devices; the others from the stored sweep.
+    from_device_bytes: u64,
     /// Of these, those whose verdict is another one now.
     differ: u64,
     /// Visits without a reference or without a stored sweep.
@@ -100,8 +105,12 @@ pub(super) fn run(args: &RejudgeArgs, ids: &[i64], settings: &Settings) -> Comma
         output::json(&summary)?;
     } else {
         output::line(format!(
-            "{} visits judged again: {} differ; {} without a stored sweep or reference, {} failed",
-            summary.judged, summary.differ, summary.not_kept, summary.failed
+            "{} visits judged again, {} from the bytes of the devices: {} differ; {} without a stored sweep or reference, {} failed",
+            summary.judged,
+            summary.from_device_bytes,
+            summary.differ,
+            summary.not_kept,
+            summary.failed
         ))?;
     }
     Ok(if summary.failed > 0 { FAILED } else { DONE })
@@ -198,6 +207,8 @@ impl Rejudging<'_> {
 
     fn report(&mut self, job: &Job, judged: &NewVerdict) -> Result<(), Failure> {
         self.summary.judged += 1;
+        let from_bytes = judged.source.from == SourceKind::DeviceBytes;
+        self.summary.from_device_bytes += u64::from(from_bytes);
         let row = &job.detail.row;
         if row.verdict == judged.verdict {
             return Ok(());
@@ -208,6 +219,7 @@ impl Rejudging<'_> {
             waypoint: row.waypoint.clone(),
             at: row.at.clone(),
             clock_unset: row.clock_unset,
+            source: judged.source.clone(),
             why: reasons(job, judged),
             stored: VerdictBrief {
                 verdict: row.verdict.clone(),

@@ -5,6 +5,7 @@ mod command;
 mod judge;
 mod many;
 mod one;
+mod source;
 
 pub(super) use args::RejudgeArgs;
 pub(super) use command::run;

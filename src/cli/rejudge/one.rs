@@ -2,6 +2,7 @@
 
 use super::args::RejudgeArgs;
 use super::judge::{NewVerdict, judge, prepare};
+use super::source::SweepSource;
 use crate::cli::alarm_report::novelty_text;
 use crate::cli::failure::{CommandResult, Failure};
 use crate::cli::{mixtures_out, output};
@@ -25,6 +26,7 @@ struct RejudgeReport<'a> {
     seed: u64,
     /// Why the mixture of the reference was made anew; null where the stored one was used.
     reference_made_anew: Option<String>,
+    source: SweepSource,
     stored: StoredVerdict,
     judged: NewVerdict,
 }
@@ -58,6 +60,7 @@ pub(super) fn run(args: &RejudgeArgs, visit_id: i64, mut settings: Settings) -> 
         frame: reference.positions_frame(&visit.waypoint),
         seed: visit.seed,
         reference_made_anew: judged.made_anew.take(),
+        source: judged.source.clone(),
         stored: StoredVerdict {
             verdict: visit.verdict.clone(),
             d_gmm: visit.d_gmm,
@@ -95,6 +98,10 @@ fn report_text(report: &RejudgeReport<'_>) -> String {
             judged.reason
         ),
     ];
+    lines.push(match &report.source.why {
+        None => format!("  from {}", report.source.from.as_str()),
+        Some(why) => format!("  from {}: {why}", report.source.from.as_str()),
+    });
     if let Some(why) = &report.reference_made_anew {
         lines.push(format!(
             "  the mixture of the reference was made anew from its view: {why}"

@@ -11,6 +11,7 @@ use crate::devices::head::{HeadCommand, HeadDriver};
 use crate::devices::laser::{LaserCommand, LaserDriver};
 use crate::devices::port::PortEvent;
 use crate::devices::port_config::PortConfig;
+use crate::devices::recording::{DialogueTap, RecordedDriver};
 use patrold_sim::emulator::Emulation;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -46,14 +47,16 @@ impl std::fmt::Debug for Schedule {
 #[derive(Debug)]
 struct VirtualPort<D> {
     name: PortConfig,
-    driver: Option<D>,
+    driver: Option<RecordedDriver<D>>,
     open_at: Duration,
     backoff: Duration,
+    tap: DialogueTap,
 }
 
 impl<D: DeviceDriver> VirtualPort<D> {
-    fn new(device: Device, now: Duration) -> Self {
+    fn new(device: Device, now: Duration, tap: &DialogueTap) -> Self {
         Self {
+            tap: tap.clone(),
             name: PortConfig {
                 device,
                 name: format!("/dev/pts/{device}"),
@@ -102,7 +105,8 @@ impl<D: DeviceDriver> VirtualPort<D> {
                 Some(self.close(port_error(PortError::NoSuchPort(absent)), now))
             }
             (None, true) if now >= self.open_at => {
-                let mut driver = D::new(&self.name, self.name.baud, false);
+                let tap = self.tap.clone();
+                let mut driver = RecordedDriver::new(&self.name, self.name.baud, false, tap);
                 driver.connect(now);
                 self.driver = Some(driver);
                 Some(PortEvent::Opened)
@@ -119,7 +123,7 @@ impl<D: DeviceDriver> VirtualPort<D> {
         mut report: impl FnMut(PortEvent<D::Event>),
     ) {
         let mut end = None;
-        while let Some(output) = self.driver.as_mut().and_then(DeviceDriver::poll) {
+        while let Some(output) = self.driver.as_mut().and_then(RecordedDriver::poll) {
             match output {
                 DriverOutput::Send(bytes) => send(&bytes),
                 DriverOutput::Event(_) if end.is_some() => {}
@@ -258,16 +262,17 @@ impl EmulatedDevices {
     pub(crate) fn links(&self) -> Box<dyn DeviceLinks> {
         let mut state = self.state();
         let now = state.now;
-        state.laser = Some(VirtualPort::new(Device::Laser, now));
-        state.head = Some(VirtualPort::new(Device::Head, now));
+        let tap = DialogueTap::default();
+        state.laser = Some(VirtualPort::new(Device::Laser, now, &tap));
+        state.head = Some(VirtualPort::new(Device::Head, now, &tap));
         state.messages.clear();
         drop(state);
-        Box::new(EmulatedLinks(self.clone()))
+        Box::new(EmulatedLinks(self.clone(), tap))
     }
 }
 
 #[derive(Debug)]
-struct EmulatedLinks(EmulatedDevices);
+struct EmulatedLinks(EmulatedDevices, DialogueTap);
 
 impl DeviceLinks for EmulatedLinks {
     fn now(&self) -> Duration {
@@ -303,7 +308,13 @@ impl DeviceLinks for EmulatedLinks {
     }
 
     fn try_recv(&mut self) -> Option<PortMessage> {
-        self.0.state().messages.pop_front()
+        let mut state = self.0.state();
+        state.drain();
+        state.messages.pop_front()
+    }
+
+    fn tap(&self) -> &DialogueTap {
+        &self.1
     }
 }
 

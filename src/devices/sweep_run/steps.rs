@@ -6,7 +6,6 @@ use crate::devices::error::{Device, DeviceError};
 use crate::devices::head::HeadCommand;
 use crate::devices::laser::LaserCommand;
 use crate::devices::plan::TiltPlan;
-use patrold_engine::sweep::RawSweep;
 use ptu::{Axis, MoveWatch};
 use std::time::Duration;
 
@@ -139,19 +138,8 @@ impl SweepRun {
     pub(super) fn succeed(&mut self) {
         self.phase = SweepPhase::Done;
         self.limit = Duration::MAX;
-        let plan = &self.plan;
-        self.outcome = Some(Ok(RawSweep {
-            scan_geometry: plan.scan_geometry.clone(),
-            mount: plan.mount.clone(),
-            tilt_rad_per_step: plan.tilt_rad_per_step,
-            tilt_zero_rad: plan.tilt_zero_rad,
-            tilt_low_rad: plan.tilt_range_rad.0,
-            tilt_high_rad: plan.tilt_range_rad.1,
-            line_pitch_rad: plan.line_pitch_rad,
-            time_offset_s: plan.time_offset_s,
-            tilt_backlash_rad: plan.tilt_backlash_rad,
-            pan_segments: std::mem::take(&mut self.segments),
-        }));
+        let segments = std::mem::take(&mut self.segments);
+        self.outcome = Some(Ok(self.plan.raw_sweep(segments)));
     }
 
     pub(super) fn tilt_stalled(&mut self, at: i32, now: Duration) {

@@ -27,11 +27,12 @@ impl Controller {
                 PatrolEvent::DevicesLost(reason)
             }
             ScannerEvent::Closed => PatrolEvent::DevicesClosed,
-            ScannerEvent::Swept(id, raw_sweep) => {
+            ScannerEvent::Swept(id, raw_sweep, dialogue) => {
                 let now = self.services.scanner.clock().now();
                 let spent = now.saturating_sub(self.sweep_started);
                 if let Some(active) = self.active.as_mut().filter(|a| a.request.id == id) {
                     active.timing.sweep += spent.as_secs_f64() * 1e3;
+                    active.dialogue = dialogue;
                     self.raw_sweep = Some(*raw_sweep);
                 }
                 PatrolEvent::SweepDone(id)
@@ -44,7 +45,10 @@ impl Controller {
                 // The patrol has no event for it.
                 PatrolEvent::Tick
             }
-            ScannerEvent::SweepFailed(id, error) => {
+            ScannerEvent::SweepFailed(id, error, dialogue) => {
+                if let Some(active) = self.active.as_mut().filter(|a| a.request.id == id) {
+                    active.dialogue = dialogue;
+                }
                 // A sweep that a client or a shutdown cancelled is no fault.
                 if error.lost {
                     self.note_health("devices", Some(&error.reason));

@@ -50,6 +50,7 @@ fn store_with_reference(dir: &std::path::Path) -> Store {
     let new = NewReference {
         waypoint: "hall",
         sweep: SweepRecord {
+            dialogue: None,
             view: Some(&taught.reference.view),
             raw: None,
             quality: "{}",

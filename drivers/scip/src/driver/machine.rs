@@ -4,6 +4,7 @@ use super::action::{LaserAction, LaserEvent, Rejection};
 use super::connecting::Connecting;
 use super::dialogue::{Dialogue, DialogueOutcome, DriverContext};
 use super::error::ScipError;
+use super::identity::LaserIdentity;
 use super::options::{ScipOptions, StreamPlan};
 use super::stopping::Stopping;
 use super::streaming::Streaming;
@@ -56,6 +57,35 @@ impl ScipDriver {
             framer: Framer::default(),
             phase: DriverPhase::Closed,
         }
+    }
+
+    /// A connected driver without a dialogue, as [`is_idle`](Self::is_idle) found it: a recorded dialogue goes on from here.
+    #[must_use]
+    pub fn resumed(options: ScipOptions, identity: LaserIdentity) -> Self {
+        let mut driver = Self::new(options);
+        driver.context.identity = Some(identity);
+        driver.phase = DriverPhase::Idle;
+        driver
+    }
+
+    /// Connected, without a dialogue, a half-read message or an output.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        matches!(self.phase, DriverPhase::Idle)
+            && self.framer.is_between_messages()
+            && self.context.actions.is_empty()
+    }
+
+    /// Of the device that is or was connected.
+    #[must_use]
+    pub fn identity(&self) -> Option<&LaserIdentity> {
+        self.context.identity.as_ref()
+    }
+
+    /// As given to [`new`](Self::new).
+    #[must_use]
+    pub fn options(&self) -> &ScipOptions {
+        &self.context.options
     }
 
     /// Takes bytes that came from the device at `now`.

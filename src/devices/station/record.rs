@@ -1,0 +1,44 @@
+//! Recording of a sweep's dialogue.
+
+use super::Station;
+use crate::devices::error::DeviceError;
+use crate::devices::recording::{BEGIN_ATTEMPTS, IDLE_LIMIT};
+use std::time::Duration;
+
+impl Station {
+    /// The dialogue of the last sweep, as docs/recording.md has it; also of one that failed. `None`: it was not recorded, or it was
+    /// taken already.
+    pub fn take_dialogue(&mut self) -> Option<Vec<u8>> {
+        self.dialogue.take()
+    }
+
+    /// Begins to record where both drivers are idle and nothing of theirs is under way. Returns the instant at which the sweep
+    /// begins. Where a device does not come to rest the sweep goes on unrecorded.
+    ///
+    /// # Errors
+    /// A device failed meanwhile.
+    pub(super) fn begin_recording(&mut self) -> Result<Duration, DeviceError> {
+        self.dialogue = None;
+        let tap = self.links.tap().clone();
+        for _ in 0..BEGIN_ATTEMPTS {
+            let began_at = self.links.now();
+            tap.begin(began_at);
+            self.process_pending();
+            let until = began_at + IDLE_LIMIT;
+            while !tap.has_both() && self.links.now() < until {
+                self.next_message(until);
+            }
+            // What they said before.
+            self.process_pending();
+            if let Some(error) = self.state.failure() {
+                tap.stop();
+                return Err(error);
+            }
+            if tap.has_both() && !tap.has_spoken() {
+                return Ok(began_at);
+            }
+        }
+        tap.stop();
+        Ok(self.links.now())
+    }
+}
