@@ -6,11 +6,10 @@ use super::alarm_report::{
 };
 use super::failure::{CommandResult, DONE, Failure};
 use super::local_time::local_time;
-use super::operator::operator;
-use super::{alarm_accept, config, files, output};
+use super::{alarm_accept, client, config, files, output};
 use crate::alarm::{AlarmAnswer, floor_height_m};
 use crate::config::Settings;
-use crate::service::record_time_now;
+use crate::service::{operator, record_time_now};
 use crate::store::{AlarmFilter, AlarmRow, Store};
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
@@ -125,7 +124,7 @@ pub(super) fn run(args: &AlarmsArgs) -> CommandResult {
         Some(AlarmsAction::Show { id }) => show(args, *id, &settings),
         Some(AlarmsAction::Ack(ack_args)) => acknowledge(args, ack_args, &settings),
         Some(AlarmsAction::Accept(accept)) => {
-            let by = operator(accept.by.as_deref());
+            let by = user(accept.by.as_deref());
             alarm_accept::run(&settings, &accept.ids, &by, args.json)
         }
     }
@@ -181,19 +180,38 @@ fn floor_m(store: &Store, alarm: &AlarmRow) -> Result<Option<f64>, Failure> {
     Ok(reference.and_then(|gamma| floor_height_m(&gamma.mixture)))
 }
 
+/// The user of this process, and in front of it the name that was given.
+fn user(given: Option<&str>) -> String {
+    operator(given, rustix::process::getuid().as_raw())
+}
+
+/// Through the service, which sees who asks; where none runs, in the database.
 fn acknowledge(args: &AlarmsArgs, ack: &AckArgs, settings: &Settings) -> CommandResult {
-    let mut store = Store::open_existing(&settings.store.dir)?;
-    let by = operator(ack.by.as_deref());
-    let now = record_time_now();
     let answer = match (ack.confirmed, ack.false_alarm) {
         (true, _) => Some(AlarmAnswer::Confirmed),
         (false, true) => Some(AlarmAnswer::FalseAlarm),
         (false, false) => None,
     };
-    let mut alarm = store.acknowledge(ack.id, &by, ack.note.as_deref(), &now)?;
-    if let Some(answer) = answer {
-        alarm = store.answer_alarm(ack.id, answer, &by, &now)?;
-    }
+    let body = json!({
+        "id": ack.id,
+        "by": ack.by,
+        "note": ack.note,
+        "answer": answer.map(AlarmAnswer::as_str),
+    });
+    let (store, alarm, by) = match client::request_ack(&settings.api.socket, body)? {
+        Some(reply) => {
+            let store = Store::open_for_reading(&settings.store.dir)?;
+            let alarm = store.alarm(reply.alarm)?;
+            (store, alarm, reply.by)
+        }
+        None => {
+            let mut store = Store::open_existing(&settings.store.dir)?;
+            let by = user(ack.by.as_deref());
+            let (note, now) = (ack.note.as_deref(), record_time_now());
+            let alarm = store.acknowledge_and_answer(ack.id, &by, note, answer, &now)?;
+            (store, alarm, by)
+        }
+    };
     if args.json {
         let floor_m = floor_m(&store, &alarm)?;
         output::json(&alarm_json_for_guard(&alarm, settings, floor_m))?;

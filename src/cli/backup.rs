@@ -2,7 +2,7 @@
 
 use super::failure::{CommandResult, DONE, FAILED, Failure};
 use super::store::check_text;
-use super::{config, output, progress};
+use super::{client, config, output, progress};
 use crate::service::{StoreLock, record_time_now};
 use crate::store::{BackupResult, Store};
 use clap::Args;
@@ -33,6 +33,13 @@ pub(super) fn back_up(args: &BackupArgs) -> CommandResult {
 pub(super) fn restore(args: &BackupArgs) -> CommandResult {
     let settings = config::load_settings(args.config.as_deref())?;
     let dir = &settings.store.dir;
+    // The service may have another working directory.
+    let from = args.dir.canonicalize().unwrap_or_else(|_| args.dir.clone());
+    if from.is_absolute()
+        && let Some(result) = client::request_restore(&settings.api.socket, &from)?
+    {
+        return report(args, &result, "restored from");
+    }
     let _lock = StoreLock::acquire(dir).map_err(Failure::failed)?;
     let bar = progress::bar(0, "copying");
     let result = Store::restore(dir, &args.dir, &record_time_now(), count_on(&bar))?;

@@ -3,7 +3,8 @@
 use super::failure::Failure;
 use super::progress;
 use crate::service::SWEEP_INFO_HEADER;
-use crate::service::replies::{ErrorReply, ReloadReply, StatusReply, SweepInfo};
+use crate::service::replies::{AckReply, ErrorReply, ReloadReply, StatusReply, SweepInfo};
+use crate::store::BackupResult;
 use http_body_util::{BodyExt as _, Full};
 use hyper::body::Bytes;
 use hyper::header::{CONTENT_TYPE, HOST};
@@ -102,6 +103,43 @@ pub(super) fn request_reload(socket: &Path) -> Result<ReloadReply, Failure> {
     let (_, body) = post(socket, "/reload", None)?;
     serde_json::from_slice(&body)
         .map_err(|error| Failure::Failed(format!("{}: /reload: {error}", socket.display())))
+}
+
+/// What acknowledging takes at most: the service may be waiting for another program that writes.
+const ACK_LIMIT: Duration = Duration::from_secs(60);
+
+/// Acknowledges an alarm; `None` where no service runs.
+///
+/// # Errors
+/// No permission for the socket, or the error reply of the service.
+pub(super) fn request_ack(socket: &Path, body: Value) -> Result<Option<AckReply>, Failure> {
+    let answer = exchange(socket, Method::POST, "/ack", Some(body), Some(ACK_LIMIT));
+    reply_if_running(socket, "/ack", answer)
+}
+
+/// Restores the store of the service from a backup; `None` where no service runs.
+///
+/// # Errors
+/// No permission for the socket, or the error reply of the service.
+pub(super) fn request_restore(socket: &Path, from: &Path) -> Result<Option<BackupResult>, Failure> {
+    let working = progress::spinner("the service restores its store".to_owned());
+    let answer = post(socket, "/restore", Some(json!({"dir": from})));
+    working.finish_and_clear();
+    reply_if_running(socket, "/restore", answer)
+}
+
+fn reply_if_running<T: DeserializeOwned>(
+    socket: &Path,
+    path: &str,
+    answer: Result<(HeaderMap, Vec<u8>), ClientError>,
+) -> Result<Option<T>, Failure> {
+    let (_, body) = match answer {
+        Err(ClientError::NoService(_)) => return Ok(None),
+        answer => answer?,
+    };
+    serde_json::from_slice(&body)
+        .map(Some)
+        .map_err(|error| Failure::Failed(format!("{}: {path}: {error}", socket.display())))
 }
 
 fn post(

@@ -10,7 +10,6 @@
 //! | `output`, `table`, `local_time`, `progress`, `alarm_report`, `calibration_report`, `status_report`, `stopwatch` | what a command prints |
 //! | `threshold_warning` | what `tune` and `config check` warn of |
 //! | `client`, `signals` | the socket of the service; SIGINT and SIGTERM |
-//! | `operator` | who runs the command |
 //! | `experiment` | what `evaluate` and `reproduce` share |
 //! | `mixtures_out` | what `compare` and `rejudge` write for `distance` |
 
@@ -40,7 +39,6 @@ mod fit;
 mod fuse;
 mod local_time;
 mod mixtures_out;
-mod operator;
 mod output;
 mod progress;
 mod rejudge;

@@ -1,30 +1,23 @@
-//! HTTP API on the control socket: POST /visit, /teach, /sweep, /reload; GET /status.
+//! HTTP API on the control socket: POST /visit, /teach, /sweep, /reload, and those of `store_api`; GET /status.
 
+use super::api_reply::{error, respond};
+use super::api_state::{ApiState, Peer};
 use super::constants::MAX_WAYPOINT_NAME_BYTES;
 use super::message::{ClientRequest, ServiceMessage, TeachOptions};
-use super::replies::{ErrorReply, ServiceReply, StatusReply};
+use super::replies::{ServiceReply, StatusReply};
+use super::store_api::{acknowledge, restore};
 use crate::patrol::event::{PatrolTask, RefusalReason};
 use axum::extract::State;
-use axum::extract::connect_info::{ConnectInfo, Connected};
+use axum::extract::connect_info::ConnectInfo;
 use axum::extract::rejection::JsonRejection;
-use axum::http::{HeaderName, StatusCode, header};
+use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use axum::serve::IncomingStream;
 use axum::{Json, Router};
 use serde::Deserialize;
 use tokio::net::UnixListener;
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::sync::{oneshot, watch};
-
-/// Header of a `/sweep` answer with its [`SweepInfo`](super::replies::SweepInfo) as JSON; the body is the PLY.
-pub const SWEEP_INFO_HEADER: HeaderName = HeaderName::from_static("x-patrold-sweep");
-
-#[derive(Clone)]
-struct ApiState {
-    inbox: UnboundedSender<ServiceMessage>,
-    status: watch::Receiver<StatusReply>,
-}
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -42,27 +35,6 @@ struct TeachRequest {
     new: bool,
 }
 
-/// User id and process id of the client, from the socket's peer credentials.
-#[derive(Debug, Clone, Default)]
-struct Peer(Option<(u32, Option<i32>)>);
-
-impl Connected<IncomingStream<'_, UnixListener>> for Peer {
-    fn connect_info(stream: IncomingStream<'_, UnixListener>) -> Self {
-        let credentials = stream.io().peer_cred().ok();
-        Self(credentials.map(|c| (c.uid(), c.pid())))
-    }
-}
-
-impl std::fmt::Display for Peer {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.0 {
-            Some((uid, Some(pid))) => write!(f, "uid {uid}, pid {pid}"),
-            Some((uid, None)) => write!(f, "uid {uid}"),
-            None => f.write_str("an unknown peer"),
-        }
-    }
-}
-
 /// Serves `listener` until `stop` is sent or dropped, then finishes the requests under way.
 pub(super) async fn serve(
     listener: UnixListener,
@@ -75,6 +47,8 @@ pub(super) async fn serve(
         .route("/teach", post(teach))
         .route("/sweep", post(sweep))
         .route("/reload", post(reload))
+        .route("/ack", post(acknowledge))
+        .route("/restore", post(restore))
         .route("/status", get(get_status))
         .fallback(unknown_path)
         .method_not_allowed_fallback(wrong_method)
@@ -133,7 +107,7 @@ async fn get_status(State(state): State<ApiState>) -> Response {
 }
 
 async fn unknown_path() -> Response {
-    let paths = "POST /visit, /teach, /sweep, /reload; GET /status";
+    let paths = "POST /visit, /teach, /sweep, /reload, /ack, /restore; GET /status";
     error(
         StatusCode::NOT_FOUND,
         format!("no such path; there are {paths}"),
@@ -141,7 +115,7 @@ async fn unknown_path() -> Response {
 }
 
 async fn wrong_method() -> Response {
-    let text = "wrong method: POST /visit, /teach, /sweep, /reload; GET /status";
+    let text = "wrong method: POST /visit, /teach, /sweep, /reload, /ack, /restore; GET /status";
     error(StatusCode::METHOD_NOT_ALLOWED, text.to_owned())
 }
 
@@ -188,37 +162,6 @@ async fn submit(
             .await
             .unwrap_or(ServiceReply::Refused(RefusalReason::Stopping)),
     )
-}
-
-fn respond(reply: ServiceReply) -> Response {
-    match reply {
-        ServiceReply::Visit(visit) => Json(visit).into_response(),
-        ServiceReply::Teach(teach) => Json(teach).into_response(),
-        ServiceReply::Sweep(sweep) => {
-            let info = serde_json::to_string(&sweep.info).unwrap_or_default();
-            let headers = [
-                (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
-                (SWEEP_INFO_HEADER, info),
-            ];
-            (headers, sweep.ply).into_response()
-        }
-        ServiceReply::Refused(refusal) => {
-            let code = match &refusal {
-                RefusalReason::UnknownWaypoint(_) => StatusCode::NOT_FOUND,
-                RefusalReason::NoReference(_) | RefusalReason::Undecided(_) => StatusCode::CONFLICT,
-                RefusalReason::BadSweep(_) => StatusCode::UNPROCESSABLE_ENTITY,
-                RefusalReason::Busy | RefusalReason::Stopping | RefusalReason::NoSweep(_) => {
-                    StatusCode::SERVICE_UNAVAILABLE
-                }
-                RefusalReason::Failed(_) => StatusCode::INTERNAL_SERVER_ERROR,
-            };
-            error(code, refusal.to_string())
-        }
-    }
-}
-
-fn error(code: StatusCode, error: String) -> Response {
-    (code, Json(ErrorReply { error })).into_response()
 }
 
 /// A name must fit into the configuration's `[waypoint.NAME]`, a shell and a log line.

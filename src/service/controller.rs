@@ -8,6 +8,7 @@ use super::message::{ClientRequest, ServiceMessage, TeachOptions};
 use super::record_time::record_time_now;
 use super::reference_cache::ReferenceCache;
 use super::replies::{ReloadReply, ServiceReply, StatusReply};
+use super::running_restore::RunningRestore;
 use super::scanner_thread::ScannerThread;
 use super::storage_watch::StorageWatch;
 use super::store_writer::StoreWriter;
@@ -25,12 +26,14 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::sync::{oneshot, watch};
 
+mod acknowledging;
 mod clients;
 mod housekeeping;
 mod preparing;
 mod scanner_events;
 mod storage;
 mod reloading;
+mod restoring;
 
 /// Threads and channels that the controller acts through.
 pub(super) struct Services {
@@ -73,6 +76,7 @@ pub(super) struct Controller {
     maintaining: bool,
     maintenance_due: Instant,
     unseen_due: Instant,
+    restore: Option<RunningRestore>,
     /// What was last noted of each subject.
     health: HashMap<&'static str, Option<String>>,
     exited: bool,
@@ -107,6 +111,7 @@ impl Controller {
             maintaining: false,
             maintenance_due: now,
             unseen_due: now,
+            restore: None,
             health: HashMap::new(),
             exited: false,
             started: now,
@@ -178,6 +183,11 @@ impl Controller {
                 PatrolEvent::Reload(Err(mistakes))
             }
             ServiceMessage::Storage(report) => return self.report_storage(&report),
+            ServiceMessage::Acknowledge(request, reply_to) => {
+                return self.acknowledge(request, reply_to);
+            }
+            ServiceMessage::Restore(from, client) => return self.restore(from, client),
+            ServiceMessage::RestoreStep(step) => return self.restore_step(*step),
             // The loop reads the files and sends what they have.
             ServiceMessage::ReloadRequested(_) => return,
             ServiceMessage::Note(severity, device, text) => {
@@ -206,9 +216,11 @@ impl Controller {
         if Instant::now() >= self.unseen_due {
             self.note_unseen();
         }
-        if Instant::now() >= self.retention_due && self.machine.current().is_none() {
+        let may_delete = self.restore.is_none() && self.machine.current().is_none();
+        if Instant::now() >= self.retention_due && may_delete {
             self.apply_retention();
         }
+        self.replace_store_if_idle();
         self.maintain_storage();
     }
 

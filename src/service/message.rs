@@ -1,12 +1,14 @@
 //! Messages to the service loop.
 
 use super::judgement::{SweepJudgement, VisitBasis};
-use super::replies::{ReloadReply, ServiceReply};
+use super::replies::{AckReply, ReloadReply, ServiceReply};
 use super::scanner_thread::ScannerEvent;
+use crate::alarm::AlarmAnswer;
 use crate::config::{ConfigError, LoadedConfig};
 use crate::patrol::event::{PatrolTask, RefusalReason};
 use crate::patrol::severity::Severity;
-use crate::store::StorageReport;
+use crate::store::{BackupResult, PreparedRestore, StorageReport, StoreError, StoreStart};
+use std::path::PathBuf;
 use tokio::sync::oneshot;
 
 /// What the client of a teach decided.
@@ -17,6 +19,32 @@ pub(super) struct TeachOptions {
     /// The name is new, however near to a known one.
     pub(super) new_name: bool,
 }
+
+/// What a client says about an alarm.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct AckRequest {
+    pub(super) id: i64,
+    /// With the user that the socket saw.
+    pub(super) by: String,
+    pub(super) note: Option<String>,
+    pub(super) answer: Option<AlarmAnswer>,
+}
+
+/// The steps of a restore while the service runs.
+#[derive(Debug)]
+pub(super) enum RestoreStep {
+    /// Nothing is deleted any more from the store in this folder.
+    Quiet(PathBuf),
+    /// The files of the backup are there; the database waits beside the old one.
+    Prepared(Result<PreparedRestore, StoreError>),
+    /// The database is in its place.
+    InPlace(Result<(PreparedRestore, StoreStart), StoreError>),
+    /// Checked.
+    Checked(Result<BackupResult, StoreError>),
+}
+
+/// The outcome for the client.
+pub(super) type RestoreReply = Result<BackupResult, String>;
 
 /// A request from the control socket.
 #[derive(Debug)]
@@ -47,6 +75,12 @@ pub(super) enum ServiceMessage {
     ),
     /// What the upkeep of the store found.
     Storage(Box<StorageReport>),
+    /// A client acknowledges an alarm.
+    Acknowledge(AckRequest, oneshot::Sender<Result<AckReply, StoreError>>),
+    /// A client asks for a restore from the folder of a backup.
+    Restore(PathBuf, oneshot::Sender<RestoreReply>),
+    /// The next step of a restore is done, or cannot be.
+    RestoreStep(Box<RestoreStep>),
     /// For the event log: severity, device, text.
     Note(Severity, String, String),
 }

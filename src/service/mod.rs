@@ -2,6 +2,8 @@
 
 mod active_request;
 mod api;
+mod api_reply;
+mod api_state;
 mod constants;
 mod controller;
 mod database_check;
@@ -10,27 +12,31 @@ mod judgement;
 mod lock;
 mod logging;
 mod message;
+mod operator;
 mod reading_result;
 mod record_time;
 mod reference_cache;
 pub mod replies;
 mod run;
+mod running_restore;
 mod scanner;
 mod scanner_thread;
 mod socket;
 mod station_scanner;
 mod storage_watch;
+mod store_api;
 mod store_writer;
 mod systemd;
 #[cfg(test)]
 mod visit_tests;
 mod wall_clock;
 
-pub use api::SWEEP_INFO_HEADER;
+pub use api_reply::SWEEP_INFO_HEADER;
 pub use error::ServiceError;
 pub use lock::StoreLock;
 pub use logging::LogLevelHandle;
 pub use message::ServiceCommand;
+pub use operator::operator;
 pub use record_time::record_time_now;
 pub use run::{ServiceParts, run, run_until, serve};
 pub use scanner::{ConnectError, DeviceNoteSink, Scanner, ScannerConnector, ScannerError};

@@ -40,6 +40,17 @@ impl fmt::Display for AlarmSeen {
     }
 }
 
+/// An alarm that was acknowledged.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AckReply {
+    /// Number of the alarm.
+    pub alarm: i64,
+    /// Its state now.
+    pub state: String,
+    /// By whom: the user that the socket saw, and the name that was given.
+    pub by: String,
+}
+
 /// Durations of the steps, milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct StepTiming {

@@ -149,6 +149,22 @@ impl Store {
         note: Option<&str>,
         stamp: &RecordTime,
     ) -> Result<AlarmRow, StoreError> {
+        self.acknowledge_and_answer(id, by, note, None, stamp)
+    }
+
+    /// As [`acknowledge`](Self::acknowledge), and keeps what a guard says about the alarm: both or nothing. The newest answer
+    /// counts.
+    ///
+    /// # Errors
+    /// No such alarm.
+    pub fn acknowledge_and_answer(
+        &mut self,
+        id: i64,
+        by: &str,
+        note: Option<&str>,
+        answer: Option<AlarmAnswer>,
+        stamp: &RecordTime,
+    ) -> Result<AlarmRow, StoreError> {
         self.transaction_with_reserve(|change| {
             let before = find_alarm(change, id)?;
             let is_first = before.acknowledged_at.is_none();
@@ -174,25 +190,10 @@ impl Store {
                  WHERE id = ?1",
                 params![id, stamp.to_rfc3339(), by, note, again],
             )?;
+            if let Some(answer) = answer {
+                insert_answer(change, id, answer, by, stamp)?;
+            }
             find_with_sightings(change, id)
-        })
-    }
-
-    /// Keeps what a guard says about an alarm. The newest answer counts.
-    ///
-    /// # Errors
-    /// No such alarm.
-    pub fn answer_alarm(
-        &mut self,
-        id: i64,
-        answer: AlarmAnswer,
-        by: &str,
-        stamp: &RecordTime,
-    ) -> Result<AlarmRow, StoreError> {
-        self.transaction_with_reserve(|change| {
-            find_alarm(change, id)?;
-            insert_answer(change, id, answer, by, stamp)?;
-            find_alarm(change, id)
         })
     }
 }

@@ -1,26 +1,26 @@
-//! Backup and restore: the database by SQLite's online backup, then the evidence files that the other side does not have,
-//! then the journal as far as that database knows it. Run again it continues.
+//! Backup: the database by SQLite's online backup, then the evidence files that the other side does not have, then the journal
+//! as far as that database knows it. Run again it continues.
 
 pub(super) mod replace_database;
 
 use super::blob_files::BlobFiles;
 use super::check::StoreCheck;
-use super::connection::{RecordTime, Store, database_path};
+use super::connection::{Store, database_path};
 use super::disk::{Disk, SystemDisk};
 use super::error::StoreError;
 use super::journal::line::{JournalLine, read_lines};
 use super::journal::tables::journal_path;
-use replace_database::{aside, keep_as, put_in_place, remove_database, remove_log, rename};
+use replace_database::{remove_database, remove_log, rename};
 use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{Connection, OptionalExtension, ffi};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// What a backup or a restore copied.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct BackupResult {
     /// Evidence files copied.
     pub copied_files: usize,
@@ -66,50 +66,7 @@ impl Store {
         Ok(result)
     }
 
-    /// Makes the store in `dir` what the backup in `from` is. The old database and its journal are kept under other names,
-    /// and so are evidence files that the backup does not have. Only for the holder of the service's lock.
-    ///
-    /// # Errors
-    /// The backup is none or is damaged, or the disk fails; the store is as it was then.
-    pub fn restore(
-        dir: &Path,
-        from: &Path,
-        stamp: &RecordTime,
-        mut progress: impl FnMut(usize, usize),
-    ) -> Result<BackupResult, StoreError> {
-        refuse_own_folder(dir, from)?;
-        let backup = Self::open_for_reading(from)?;
-        if let Some(error) = backup.check(|_, _| ())?.database_errors.first() {
-            return Err(StoreError::BadBackup {
-                path: from.to_owned(),
-                why: error.clone(),
-            });
-        }
-        let disk: Arc<dyn Disk> = Arc::new(SystemDisk);
-        let files = BlobFiles::create(dir, Arc::clone(&disk))?;
-        // First, because it takes long and changes nothing.
-        let mut result = backup.copy_files(&files, &mut progress)?;
-        let new = dir.join("patrold.db.restore");
-        remove_database(&new);
-        backup.copy_database(&new)?;
-        let journal = journal_path(dir);
-        let new_journal = dir.join("journal.restore");
-        copy_journal(backup.journal_path(), &new, &new_journal, &*disk)?;
-        // The database first: after a stop between both the journal is ahead, which is noticed and loses nothing.
-        result.old_database = put_in_place(dir, &new, "restore", stamp)?;
-        if journal.exists() {
-            keep_as(&journal, &aside(&journal, "restore", stamp))?;
-        }
-        rename(&new_journal, &journal)?;
-        sync_folder(&*disk, dir)?;
-        sync_folder(&*disk, &dir.join("blobs"))?;
-        let restored = Self::open(dir)?;
-        result.check = restored.check(|_, _| ())?;
-        restored.close();
-        Ok(result)
-    }
-
-    fn copy_database(&self, to: &Path) -> Result<(), StoreError> {
+    pub(super) fn copy_database(&self, to: &Path) -> Result<(), StoreError> {
         self.query(|db| {
             let mut copy = Connection::open(to)?;
             // All pages at once: one snapshot, whatever is written meanwhile.
@@ -128,7 +85,7 @@ impl Store {
         })
     }
 
-    fn copy_files(
+    pub(super) fn copy_files(
         &self,
         to: &BlobFiles,
         progress: &mut impl FnMut(usize, usize),
@@ -159,7 +116,7 @@ impl Store {
 }
 
 /// A folder that is not there yet is another one.
-fn refuse_own_folder(own: &Path, other: &Path) -> Result<(), StoreError> {
+pub(super) fn refuse_own_folder(own: &Path, other: &Path) -> Result<(), StoreError> {
     match (own.canonicalize(), other.canonicalize()) {
         (Ok(own), Ok(other)) if own == other => Err(StoreError::OwnBackup { path: own }),
         _ => Ok(()),
@@ -167,7 +124,7 @@ fn refuse_own_folder(own: &Path, other: &Path) -> Result<(), StoreError> {
 }
 
 /// Copies the lines of a journal that the database at `database` knows: those after its last change belong to a later state.
-fn copy_journal(
+pub(super) fn copy_journal(
     from: &Path,
     database: &Path,
     to: &Path,
@@ -208,7 +165,7 @@ fn copy_journal(
     })
 }
 
-fn sync_folder(disk: &dyn Disk, dir: &Path) -> Result<(), StoreError> {
+pub(super) fn sync_folder(disk: &dyn Disk, dir: &Path) -> Result<(), StoreError> {
     disk.sync_folder(dir).map_err(|source| StoreError::File {
         path: dir.to_owned(),
         source,

@@ -3,7 +3,7 @@
 use super::connection::Store;
 use super::error::StoreError;
 use super::journal::line::{JournalLine, read_lines};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, BufReader};
 
@@ -11,7 +11,7 @@ use std::io::{self, BufReader};
 const MAX_DATABASE_ERRORS: u32 = 20;
 
 /// What a check found.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct StoreCheck {
     /// Errors of the database; empty: it is sound.
     pub database_errors: Vec<String>,
@@ -28,7 +28,7 @@ pub struct StoreCheck {
 }
 
 /// Evidence that is not there or is damaged.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MissingEvidence {
     /// Sequence number of the sweep.
     pub sweep_id: i64,
@@ -43,7 +43,7 @@ pub struct MissingEvidence {
 }
 
 /// A file that no row names.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UnnamedFile {
     /// File name.
     pub file: String,
@@ -52,7 +52,7 @@ pub struct UnnamedFile {
 }
 
 /// The state of the journal.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct JournalCheck {
     /// Lines that can be read.
     pub lines: usize,

@@ -191,6 +191,11 @@ impl Store {
         &self.path
     }
 
+    /// Its folder.
+    pub fn dir(&self) -> &Path {
+        self.path.parent().unwrap_or(&self.path)
+    }
+
     pub(super) fn journal_path(&self) -> &Path {
         &self.journal_path
     }
@@ -229,6 +234,11 @@ impl Store {
             path: self.reserve.path().to_owned(),
             source,
         })
+    }
+
+    /// Writes the write-ahead log back into the database, as far as no reader needs it.
+    pub(super) fn fold_log(&self) {
+        let _ = write_back(&self.db);
     }
 
     /// Closes the database; where nobody else has it open, its file is whole by itself then. A failure leaves the

@@ -34,7 +34,7 @@ pub(crate) enum ScriptedSweep {
     Frozen,
     /// The reason, and whether the devices are lost.
     Fail(&'static str, bool),
-    /// Until cancelled.
+    /// Until cancelled, or the script has another sweep.
     Endless,
 }
 
@@ -143,7 +143,8 @@ impl Scanner for ConnectedScanner {
                 lost,
             }),
             ScriptedSweep::Endless => {
-                while !cancel.is_cancelled() {
+                let goes_on = || matches!(self.0.script().sweep, ScriptedSweep::Endless);
+                while !cancel.is_cancelled() && goes_on() {
                     std::thread::sleep(Duration::from_millis(5));
                 }
                 Err(ScannerError {

@@ -7,6 +7,7 @@ mod harness;
 mod process;
 mod references;
 mod reload;
+mod restoring;
 #[path = "../harness/schema.rs"]
 mod schema;
 mod storage;

@@ -254,13 +254,13 @@ fn the_past_of_a_waypoint_is_its_own_in_its_unit() {
     assert_eq!(past(&store, "hall", &TimeRange::default()), expected);
 
     store
-        .answer_alarm(2, AlarmAnswer::FalseAlarm, "ana", &stamp(700))
+        .acknowledge_and_answer(2, "ana", None, Some(AlarmAnswer::FalseAlarm), &stamp(700))
         .expect("answered");
     store
-        .answer_alarm(2, AlarmAnswer::Confirmed, "bo", &stamp(800))
+        .acknowledge_and_answer(2, "bo", None, Some(AlarmAnswer::Confirmed), &stamp(800))
         .expect("answered");
     store
-        .answer_alarm(1, AlarmAnswer::FalseAlarm, "bo", &stamp(900))
+        .acknowledge_and_answer(1, "bo", None, Some(AlarmAnswer::FalseAlarm), &stamp(900))
         .expect("answered");
     let hall = past(&store, "hall", &TimeRange::default());
     assert_eq!(hall[2].case, PastCase::Alarm(Some(AlarmAnswer::Confirmed)));
@@ -274,7 +274,8 @@ fn the_past_of_a_waypoint_is_its_own_in_its_unit() {
         until: Some(stamp(599).at),
     };
     assert_eq!(past(&store, "hall", &early), expected[..1]);
-    let unknown = store.answer_alarm(99, AlarmAnswer::Confirmed, "ana", &stamp(900));
+    let unknown =
+        store.acknowledge_and_answer(99, "ana", None, Some(AlarmAnswer::Confirmed), &stamp(900));
     assert!(matches!(unknown, Err(StoreError::UnknownAlarm(99))));
     let nobody = store.each_past_distance("attic", &late, "w2", &mut |_| ());
     assert!(matches!(nobody, Err(StoreError::NotInLog { .. })));

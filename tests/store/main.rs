@@ -11,6 +11,7 @@ mod incidents;
 mod kit;
 mod backup;
 mod rebuild;
+mod restore;
 mod log;
 mod mixtures;
 mod records;

@@ -51,6 +51,7 @@ impl Controller {
 
     pub(super) fn abandon(&mut self, request: &PatrolRequest) {
         self.teach_options.remove(&request.id);
+        self.forget_deferred(request.id);
         self.active
             .take_if(|active| active.request.id == request.id);
         self.raw_sweep = None;

@@ -9,6 +9,9 @@ use crate::store::{Store, StoreError};
 
 impl Controller {
     pub(super) fn prepare(&mut self, request: PatrolRequest) {
+        if self.waits_for_restore(&request) {
+            return;
+        }
         let (id, task, waypoint) = (request.id, request.task, request.waypoint.clone());
         let active = self.active_for(request);
         let teach = active.teach.clone();

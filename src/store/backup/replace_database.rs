@@ -37,14 +37,39 @@ pub(in crate::store) fn put_in_place(
     }
     // Its log must not be applied to the new one. A stop right here sets the old one back to its last checkpoint, which the
     // next start notices by the journal.
-    for suffix in SUFFIXES {
-        let from = beside(&old, suffix);
-        if from.exists() {
-            rename(&from, &beside(&kept, suffix))?;
+    let replace = || {
+        for suffix in SUFFIXES {
+            let from = beside(&old, suffix);
+            if from.exists() {
+                rename(&from, &beside(&kept, suffix))?;
+            }
         }
+        rename(new, &old)
+    };
+    if let Err(error) = replace() {
+        take_back(&old, &kept);
+        return Err(error);
     }
-    rename(new, &old)?;
     Ok(is_there.then_some(kept))
+}
+
+/// Undoes [`put_in_place`]: the database at `kept` is that of the store in `dir` again, or there is none.
+pub(in crate::store) fn undo(dir: &Path, kept: Option<&Path>) {
+    let path = database_path(dir);
+    // That of the new one.
+    remove_log(&path);
+    match kept {
+        Some(kept) => take_back(&path, kept),
+        None => drop(fs::remove_file(&path)),
+    }
+}
+
+/// What was moved goes back; what was not is where it was.
+fn take_back(path: &Path, kept: &Path) {
+    for suffix in SUFFIXES {
+        let _ = fs::rename(beside(kept, suffix), beside(path, suffix));
+    }
+    let _ = fs::rename(kept, path);
 }
 
 /// Gives a file a second name, so that replacing it under the first one is a single step.

@@ -1,10 +1,9 @@
-//! Who runs a command, as the kernel knows the user. A name that is given adds to it and never replaces it.
+//! Who asks for something, as the kernel knows the user. A name that is given adds to it and never replaces it.
 
 use std::fs;
 
-/// The user of this process, and in front of it the name that was given.
-pub(super) fn operator(given: Option<&str>) -> String {
-    let uid = rustix::process::getuid().as_raw();
+/// The user with this id, and in front of it the name that was given.
+pub fn operator(given: Option<&str>, uid: u32) -> String {
     let users = fs::read_to_string("/etc/passwd").unwrap_or_default();
     signed(given, &user_name(&users, uid))
 }
@@ -38,6 +37,6 @@ mod tests {
         assert_eq!(signed(Some("bo"), "ana"), "bo (user ana)");
         assert_eq!(signed(Some("ana"), "ana"), "ana");
         assert_eq!(signed(None, "ana"), "ana");
-        assert!(operator(Some("somebody else")).starts_with("somebody else (user "));
+        assert!(operator(Some("somebody else"), 0).starts_with("somebody else (user "));
     }
 }

@@ -1,0 +1,107 @@
+//! Requests that are about the store alone: POST /ack, POST /restore.
+
+use super::api_reply::{error, respond};
+use super::api_state::{ApiState, Peer};
+use super::message::{AckRequest, ServiceMessage};
+use super::operator::operator;
+use super::replies::ServiceReply;
+use crate::alarm::AlarmAnswer;
+use crate::patrol::event::RefusalReason;
+use crate::store::StoreError;
+use axum::Json;
+use axum::extract::State;
+use axum::extract::connect_info::ConnectInfo;
+use axum::extract::rejection::JsonRejection;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use std::path::PathBuf;
+use tokio::sync::oneshot;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AckBody {
+    id: i64,
+    #[serde(default)]
+    by: Option<String>,
+    #[serde(default)]
+    note: Option<String>,
+    #[serde(default)]
+    answer: Option<String>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RestoreBody {
+    dir: PathBuf,
+}
+
+fn stopping() -> Response {
+    respond(ServiceReply::Refused(RefusalReason::Stopping))
+}
+
+fn refused(rejection: &JsonRejection) -> Response {
+    error(rejection.status(), rejection.body_text().replace('\n', " "))
+}
+
+/// Answers when it is on disk.
+pub(super) async fn acknowledge(
+    State(state): State<ApiState>,
+    ConnectInfo(peer): ConnectInfo<Peer>,
+    body: Result<Json<AckBody>, JsonRejection>,
+) -> Response {
+    let body = match body {
+        Ok(Json(body)) => body,
+        Err(rejection) => return refused(&rejection),
+    };
+    let answer = body.answer.as_deref().map(AlarmAnswer::from_text);
+    if answer == Some(None) {
+        let text = "answer: expected \"confirmed\" or \"false_alarm\"";
+        return error(StatusCode::UNPROCESSABLE_ENTITY, text.to_owned());
+    }
+    let by = match peer.uid() {
+        Some(uid) => operator(body.by.as_deref(), uid),
+        None => body.by.unwrap_or_else(|| peer.to_string()),
+    };
+    let request = AckRequest {
+        id: body.id,
+        by,
+        note: body.note,
+        answer: answer.flatten(),
+    };
+    let (reply_to, reply) = oneshot::channel();
+    let message = ServiceMessage::Acknowledge(request, reply_to);
+    match (state.inbox.send(message), reply.await) {
+        (Ok(()), Ok(Ok(reply))) => Json(reply).into_response(),
+        (Ok(()), Ok(Err(why @ StoreError::UnknownAlarm(_)))) => {
+            error(StatusCode::NOT_FOUND, why.to_string())
+        }
+        (Ok(()), Ok(Err(why))) => error(StatusCode::INTERNAL_SERVER_ERROR, why.to_string()),
+        // The sender is dropped without a reply when the service ends.
+        _ => stopping(),
+    }
+}
+
+/// Answers when the store is the backup, or as it was.
+pub(super) async fn restore(
+    State(state): State<ApiState>,
+    ConnectInfo(peer): ConnectInfo<Peer>,
+    body: Result<Json<RestoreBody>, JsonRejection>,
+) -> Response {
+    let dir = match body {
+        Ok(Json(body)) => body.dir,
+        Err(rejection) => return refused(&rejection),
+    };
+    if !dir.is_absolute() {
+        let text = format!("dir: expected an absolute path, got {}", dir.display());
+        return error(StatusCode::UNPROCESSABLE_ENTITY, text);
+    }
+    tracing::info!("restore from {} requested by {peer}", dir.display());
+    let (reply_to, reply) = oneshot::channel();
+    let message = ServiceMessage::Restore(dir, reply_to);
+    match (state.inbox.send(message), reply.await) {
+        (Ok(()), Ok(Ok(result))) => Json(result).into_response(),
+        (Ok(()), Ok(Err(why))) => error(StatusCode::INTERNAL_SERVER_ERROR, why),
+        _ => stopping(),
+    }
+}
