@@ -27,6 +27,12 @@ impl ClockState {
         let elapsed = wall.saturating_duration_since(self.wall);
         self.virtual_at_wall + scaled(elapsed, self.scale)
     }
+
+    fn set_scale(&mut self, wall: Instant, scale: f64) {
+        self.virtual_at_wall = self.at(wall);
+        self.wall = wall;
+        self.scale = clamp_scale(scale);
+    }
 }
 
 fn scaled(duration: Duration, factor: f64) -> Duration {
@@ -67,10 +73,8 @@ impl Clock {
     /// Changes the scale from now on; the time does not jump.
     pub fn set_scale(&self, scale: f64) {
         let mut state = self.state();
-        let wall = Instant::now();
-        state.virtual_at_wall = state.at(wall);
-        state.wall = wall;
-        state.scale = clamp_scale(scale);
+        // Read under the lock: instants are in the order of the changes.
+        state.set_scale(Instant::now(), scale);
     }
 
     /// Wall time of a virtual duration at the current scale.
@@ -104,7 +108,7 @@ fn clamp_scale(scale: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Clock, ClockState};
+    use super::{Clock, ClockState, MAX_SCALE, MIN_SCALE};
     use std::time::{Duration, Instant};
 
     #[test]
@@ -126,8 +130,15 @@ mod tests {
     fn a_changed_scale_makes_no_jump_and_time_never_goes_back() {
         let clock = Clock::scaled(1000.0);
         let mut last = clock.now();
-        for scale in [0.0, 1e-3, 50.0, f64::NAN, 1e9] {
+        for (scale, in_force) in [
+            (0.0, MIN_SCALE),
+            (2e-3, 2e-3),
+            (50.0, 50.0),
+            (f64::NAN, 1.0),
+            (1e9, MAX_SCALE),
+        ] {
             clock.set_scale(scale);
+            assert_eq!(clock.scale(), in_force, "{scale}");
             let now = clock.now();
             assert!(now >= last, "{now:?} after {last:?}");
             last = now;
@@ -137,6 +148,23 @@ mod tests {
             clock.wall_time(Duration::from_secs(1)),
             Duration::from_millis(1)
         );
+    }
+
+    #[test]
+    fn a_scale_counts_from_its_change_on() {
+        let wall = Instant::now();
+        let mut state = ClockState {
+            wall,
+            virtual_at_wall: Duration::ZERO,
+            scale: 20.0,
+        };
+        let second = |n| wall + Duration::from_secs(n);
+        state.set_scale(second(3), 2.0);
+        assert_eq!(state.scale, 2.0);
+        assert_eq!(state.at(second(3)), Duration::from_secs(60), "no jump");
+        assert_eq!(state.at(second(10)), Duration::from_secs(74));
+        state.set_scale(second(10), 0.5);
+        assert_eq!(state.at(second(14)), Duration::from_secs(76));
     }
 
     #[test]

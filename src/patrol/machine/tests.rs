@@ -376,3 +376,24 @@ fn a_full_queue_refuses() {
         [PatrolAction::Refuse(visit(99), RefusalReason::Busy)]
     );
 }
+
+#[test]
+fn those_that_wait_are_served_in_their_order() {
+    let mut machine = ready();
+    for (id, task) in [
+        (1, PatrolTask::Visit),
+        (2, PatrolTask::Teach),
+        (3, PatrolTask::Visit),
+        (4, PatrolTask::Visit),
+    ] {
+        machine.handle(Duration::ZERO, PatrolEvent::Requested(request(id, task)));
+    }
+    assert_eq!(machine.queued(), 3);
+    let current = |machine: &PatrolMachine| machine.current().map(|(request, _)| request.id);
+    for id in [1, 2, 3, 4] {
+        assert_eq!(current(&machine), Some(id));
+        let unknown = RefusalReason::UnknownWaypoint("unknown".to_owned());
+        machine.handle(Duration::ZERO, PatrolEvent::Prepared(id, Err(unknown)));
+    }
+    assert_eq!((current(&machine), machine.queued()), (None, 0));
+}

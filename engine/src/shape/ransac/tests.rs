@@ -108,6 +108,7 @@ fn estimated_normals_are_good_enough() {
 fn same_seed_same_answer_on_any_number_of_threads() {
     let (points, normals) = mixed(300, 0.3, 1);
     let once = detect(&points, &normals, &settings(60), 5);
+    assert_eq!(once.len(), 3, "the sphere, the cylinder and the plate");
     assert_eq!(once, detect(&points, &normals, &settings(60), 5));
     for threads in [1, 4] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -265,6 +266,7 @@ fn all_primitives_are_found_among_half_outliers() {
 fn scale_and_position_of_the_scene_do_not_matter() {
     let (points, normals) = mixed(700, 0.3, 90);
     let here = detect(&points, &normals, &settings(200), 1);
+    assert_eq!(here.len(), 3, "the sphere, the cylinder and the plate");
     for (scale, shift) in [(1e-3, 0.0), (0.1, 0.0), (40.0, 0.0), (1.0, 1e5)] {
         let moved: Vec<_> = points
             .iter()

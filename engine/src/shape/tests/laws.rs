@@ -160,12 +160,22 @@ fn a_few_points_of_a_far_wall_change_nothing() {
 }
 
 #[test]
-fn same_input_same_answer() {
-    let (truth, mut rng) = random_primitive(1, 4);
-    let seen = simulate_view(&truth, &Point3::origin(), 150, 0.01, &mut rng);
+fn same_input_same_answer_and_another_input_another() {
     let settings = with_noise(0.01);
-    let once = retrieved(&seen, &Point3::origin(), &settings);
-    assert_eq!(once, retrieved(&seen, &Point3::origin(), &settings));
+    let answers: Vec<Retrieval> = (0..3)
+        .map(|class| {
+            let (truth, mut rng) = random_primitive(class, 4);
+            let seen = simulate_view(&truth, &Point3::origin(), 150, 0.01, &mut rng);
+            let once = retrieved(&seen, &Point3::origin(), &settings);
+            assert_eq!(once, retrieved(&seen, &Point3::origin(), &settings));
+            assert_eq!(once.best.class, truth.class());
+            let off = (once.best.centre - truth.centre()).norm();
+            assert!(off < 0.1, "{off} {truth:?}");
+            once
+        })
+        .collect();
+    assert_ne!(answers[0], answers[1]);
+    assert_ne!(answers[1], answers[2]);
 }
 
 #[test]
