@@ -1,10 +1,12 @@
 /* Preloaded into a test (LD_PRELOAD): makes one call of the system fail, as a disk would. Counts what is asked of files below
  * FAIL_ROOT between an open of FAIL_ROOT/ARM and one of FAIL_ROOT/DISARM; the call number FAIL_AT, and with FAIL_LASTING all
- * after it, fail with FAIL_ERRNO, or write half where FAIL_SHORT is set. FAIL_ROOT.calls gets the number of calls. */
+ * after it, fail with FAIL_ERRNO, or write half where FAIL_SHORT is set. The process is killed before the call number KILL_AT,
+ * in the middle of it where it writes. FAIL_ROOT.calls gets the number of calls. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,6 +15,8 @@
 #include <unistd.h>
 
 enum { OPEN = 1, WRITE = 2, SYNC = 4, RENAME = 8 };
+/* What strikes returns for a write that a kill interrupts. */
+enum { KILL = -1 };
 
 static int armed;
 static long calls;
@@ -30,6 +34,10 @@ static int is_below(const char *path) {
 static int strikes(int kind, const char *path) {
     if (!armed || !is_below(path)) return 0;
     long now = calls++;
+    if (now == number("KILL_AT")) {
+        if (kind == WRITE) return KILL;
+        kill(getpid(), SIGKILL);
+    }
     long at = number("FAIL_AT");
     if (!(now == at || (number("FAIL_LASTING") && now > at))) return 0;
     return (number("FAIL_KINDS") & kind) != 0;
@@ -84,12 +92,13 @@ static void mark(const char *path) {
 OPEN_CALL(open)
 OPEN_CALL(open64)
 
-#define WRITE_BODY(real, shorter)                        \
-    if (strikes_fd(WRITE, fd)) {                         \
-        if (!number("FAIL_SHORT") || size < 2) return fail(); \
-        (void)!(shorter);                                \
-        return fail();                                   \
-    }                                                    \
+#define WRITE_BODY(real, shorter)                                         \
+    int struck = strikes_fd(WRITE, fd);                                   \
+    if (struck) {                                                         \
+        if (size >= 2 && (struck == KILL || number("FAIL_SHORT"))) (void)!(shorter); \
+        if (struck == KILL) kill(getpid(), SIGKILL);                      \
+        return fail();                                                    \
+    }                                                                     \
     return real;
 ssize_t write(int fd, const void *bytes, size_t size) {
     WRITE_BODY(REAL(write)(fd, bytes, size), REAL(write)(fd, bytes, size / 2))
@@ -100,12 +109,12 @@ ssize_t pwrite(int fd, const void *bytes, size_t size, off_t at) {
 ssize_t pwrite64(int fd, const void *bytes, size_t size, off64_t at) {
     WRITE_BODY(REAL(pwrite64)(fd, bytes, size, at), REAL(pwrite64)(fd, bytes, size / 2, at))
 }
-int ftruncate(int fd, off_t size) {
-    return strikes_fd(WRITE, fd) ? fail() : REAL(ftruncate)(fd, size);
-}
-int ftruncate64(int fd, off64_t size) {
-    return strikes_fd(WRITE, fd) ? fail() : REAL(ftruncate64)(fd, size);
-}
+#define TRUNCATE_BODY(real)                          \
+    int struck = strikes_fd(WRITE, fd);              \
+    if (struck == KILL) kill(getpid(), SIGKILL);     \
+    return struck ? fail() : real;
+int ftruncate(int fd, off_t size) { TRUNCATE_BODY(REAL(ftruncate)(fd, size)) }
+int ftruncate64(int fd, off64_t size) { TRUNCATE_BODY(REAL(ftruncate64)(fd, size)) }
 int fsync(int fd) { return strikes_fd(SYNC, fd) ? fail() : REAL(fsync)(fd); }
 int fdatasync(int fd) { return strikes_fd(SYNC, fd) ? fail() : REAL(fdatasync)(fd); }
 int rename(const char *from, const char *to) {

@@ -18,7 +18,7 @@ pub(crate) fn store_with_an_alarm(dir: &Path) -> i64 {
 }
 
 /// A ledger on a disk that works until a fault is injected.
-fn ledger_of(dir: &Path) -> (Ledger, FaultyDisk) {
+pub(crate) fn ledger_of(dir: &Path) -> (Ledger, FaultyDisk) {
     let disk = FaultyDisk::default();
     let store = Store::open_on(dir, Arc::new(disk.clone())).expect("store");
     (Ledger::new(store), disk)
@@ -104,7 +104,7 @@ fn a_visit_and_an_acknowledgement_sync_all_that_they_write() {
 }
 
 /// Words that only the error of this fault has.
-fn advice_words(fault: Fault) -> &'static str {
+pub(crate) fn advice_words(fault: Fault) -> &'static str {
     match fault {
         Fault::Full | Fault::ShortWrite => "the disk is full; make room",
         Fault::Quota => "quota of this user",

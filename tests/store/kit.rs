@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Point3};
 use patrold::alarm::Relation;
 use patrold::store::{
-    AlarmFilter, NewReference, NewVisit, RecordTime, ReferenceFrame, Retention, Store, SweepRecord,
-    VisitOutcome,
+    AlarmFilter, NewReference, NewVisit, RecordTime, ReferenceFrame, Retention, Store, StoreError,
+    SweepRecord, VisitOutcome,
 };
 use patrold_engine::geometry::View;
 use patrold_engine::mixture::{Gaussian, Mixture};
@@ -75,6 +75,27 @@ pub(crate) fn teach(store: &mut Store, name: &str, second: i64) -> i64 {
         frame: ReferenceFrame::Own,
     };
     store.teach(&new, &stamp(second)).expect("taught")
+}
+
+/// Makes what an alarm at the hall shows normal: the view with it as a new version, in the frame of the first.
+pub(crate) fn accept(store: &mut Store, alarm: i64, second: i64) -> Result<i64, StoreError> {
+    let view = view(3000.0 + second as f64);
+    let new = NewReference {
+        waypoint: "hall",
+        sweep: SweepRecord {
+            view: Some(&view),
+            raw: None,
+            dialogue: None,
+            quality: "null",
+        },
+        mixture: &mixture(),
+        model: MODEL,
+        engine: "{}",
+        seed: 7,
+        accepted: &[alarm],
+        frame: ReferenceFrame::Version(1),
+    };
+    store.teach(&new, &stamp(second))
 }
 
 /// The alarms of a waypoint that are not cleared.

@@ -2,12 +2,17 @@
 
 mod alarms;
 mod dialogue;
+mod busy;
+mod call_faults;
 #[path = "../harness/faulty_disk.rs"]
 mod faulty_disk;
+mod failing_accepts;
 mod failing_calls;
+mod failing_copies;
 mod faults;
 mod health;
 mod incidents;
+mod kills;
 mod kit;
 mod backup;
 mod rebuild;
