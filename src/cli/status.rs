@@ -48,6 +48,7 @@ pub(super) fn run(args: &StatusArgs) -> CommandResult {
         waypoints: Vec::new(),
         incidents: Vec::new(),
         standing: 0,
+        health: Vec::new(),
         configuration: ConfigReport {
             mistakes: mistakes.iter().map(ToString::to_string).collect(),
         },
@@ -91,6 +92,7 @@ fn read_log(settings: &Settings, report: &mut StatusReport) -> Result<(), Failur
         });
         report.standing += waypoint.standing_alarms;
     }
+    report.health = store.health(true, MAX_INCIDENTS)?;
     for state in [AlarmState::Open, AlarmState::Acknowledged] {
         let filter = AlarmFilter {
             state: Some(state),

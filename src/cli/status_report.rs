@@ -4,7 +4,7 @@ use super::config::sources_text;
 use super::local_time::local_time;
 use super::table;
 use crate::service::replies::StatusReply;
-use crate::store::{EventRow, VisitRow};
+use crate::store::{EventRow, HealthRow, VisitRow};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -20,6 +20,8 @@ pub(super) struct StatusReport {
     pub(super) incidents: Vec<IncidentReport>,
     /// Alarms that are not cleared.
     pub(super) standing: i64,
+    /// What keeps the watch from seeing, newest first.
+    pub(super) health: Vec<HealthRow>,
     pub(super) configuration: ConfigReport,
     pub(super) store: StoreReport,
 }
@@ -84,6 +86,13 @@ pub(super) fn status_text(report: &StatusReport) -> String {
     lines.extend(device_lines(report));
     lines.extend(configuration_lines(report));
     lines.push(store_line(&report.store));
+    for row in &report.health {
+        let since = local_time(&row.since, false);
+        lines.push(format!(
+            "health: {} since {since}: {}",
+            row.subject, row.reason
+        ));
+    }
     if report.standing > 0 {
         lines.push(format!("incidents: {} not cleared", report.standing));
     } else if report.store.error.is_none() {

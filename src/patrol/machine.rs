@@ -88,6 +88,11 @@ impl PatrolMachine {
         self.current.as_ref().map(|(r, stage)| (r, *stage))
     }
 
+    /// Whether the sweep of this request ends early because its client is gone or the service stops.
+    pub fn is_cancelled(&self, id: u64) -> bool {
+        self.stopping || self.abandoned == Some(id)
+    }
+
     /// Number of requests in the queue.
     pub fn queued(&self) -> usize {
         self.queue.len()

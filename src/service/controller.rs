@@ -188,6 +188,10 @@ impl Controller {
             }
             ServiceMessage::Restore(from, client) => return self.restore(from, client),
             ServiceMessage::RestoreStep(step) => return self.restore_step(*step),
+            ServiceMessage::HealthUnwritten(subject) => {
+                self.health.remove(subject);
+                return;
+            }
             // The loop reads the files and sends what they have.
             ServiceMessage::ReloadRequested(_) => return,
             ServiceMessage::Note(severity, device, text) => {
@@ -198,13 +202,18 @@ impl Controller {
     }
 
     pub(super) fn tick(&mut self) {
+        self.tick_at(Instant::now());
+    }
+
+    fn tick_at(&mut self, now: Instant) {
         self.drop_disconnected_clients();
         self.watch_clock();
         self.handle(PatrolEvent::Tick);
-        let judging_overdue = self.judging && self.step_started.elapsed() > JUDGE_LIMIT;
+        let judging_overdue =
+            self.judging && now.saturating_duration_since(self.step_started) > JUDGE_LIMIT;
         let overdue = judging_overdue
-            || self.services.scanner.is_overdue()
-            || self.services.writer.is_overdue(Instant::now());
+            || self.services.scanner.is_overdue(now)
+            || self.services.writer.is_overdue(now);
         if overdue && !self.overdue {
             let phase = self.machine.phase();
             tracing::error!("{phase} timed out; watchdog notifications stopped");
@@ -213,15 +222,15 @@ impl Controller {
         if !overdue {
             self.services.systemd.feed_watchdog();
         }
-        if Instant::now() >= self.unseen_due {
+        if now >= self.unseen_due {
             self.note_unseen();
         }
         let may_delete = self.restore.is_none() && self.machine.current().is_none();
-        if Instant::now() >= self.retention_due && may_delete {
+        if now >= self.retention_due && may_delete {
             self.apply_retention();
         }
         self.replace_store_if_idle();
-        self.maintain_storage();
+        self.maintain_storage(now);
     }
 
     pub(super) fn stop(&mut self) {
@@ -365,6 +374,9 @@ impl Controller {
         self.step_started.elapsed().as_secs_f64() * 1e3
     }
 }
+
+#[cfg(test)]
+mod tests;
 
 fn send(inbox: &UnboundedSender<ServiceMessage>, message: ServiceMessage) {
     // The loop may have ended before the sender.

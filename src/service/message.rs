@@ -81,6 +81,8 @@ pub(super) enum ServiceMessage {
     Restore(PathBuf, oneshot::Sender<RestoreReply>),
     /// The next step of a restore is done, or cannot be.
     RestoreStep(Box<RestoreStep>),
+    /// A health incident of this subject could not be written: it is noted again at the next occasion.
+    HealthUnwritten(&'static str),
     /// For the event log: severity, device, text.
     Note(Severity, String, String),
 }

@@ -120,9 +120,9 @@ impl ScannerThread {
         self.send(ScannerCommand::Close);
     }
 
-    /// Whether a call hangs.
-    pub(super) fn is_overdue(&self) -> bool {
-        lock(&self.call_deadline).is_some_and(|until| Instant::now() > until)
+    /// Whether a call hangs at `now`.
+    pub(super) fn is_overdue(&self, now: Instant) -> bool {
+        lock(&self.call_deadline).is_some_and(|until| now > until)
     }
 
     /// The devices' clock.
@@ -318,7 +318,7 @@ mod tests {
     use serde_json::Value;
     use std::sync::{Arc, Mutex, mpsc};
     use std::thread;
-    use std::time::Duration;
+    use std::time::{Duration, Instant};
 
     /// Its sweep hangs until the sender is dropped.
     struct HangingScanner(Arc<Mutex<mpsc::Receiver<()>>>);
@@ -359,7 +359,7 @@ mod tests {
         let (sender, events) = mpsc::channel();
         let mut thread = ScannerThread::spawn(
             Box::new(HangingScanner(Arc::new(Mutex::new(hang)))),
-            Clock::scaled(1e4),
+            Clock::real(),
             DeviceNoteSink::new(|_, _, _| ()),
             move |event| drop(sender.send(event)),
         )
@@ -368,21 +368,24 @@ mod tests {
         thread.open(Arc::clone(&settings));
         let ready = events.recv().expect("the thread runs");
         assert!(matches!(ready, ScannerEvent::Ready(_)), "{ready:?}");
-        assert!(!thread.is_overdue());
+        let soon = Instant::now();
+        let late = soon + max_sweep_duration(&settings, None) + Duration::from_secs(60);
+        assert!(!thread.is_overdue(late), "no call");
         thread.sweep(1, settings, None);
-        while !thread.is_overdue() {
-            thread::sleep(Duration::from_millis(1));
+        while !thread.is_overdue(late) {
+            thread::yield_now();
         }
+        assert!(!thread.is_overdue(soon), "not yet");
         // Cancelling does not end the read: only systemd's watchdog does.
         thread.cancel();
-        assert!(thread.is_overdue());
+        assert!(thread.is_overdue(late));
         drop(release);
         let failed = events.recv().expect("the thread runs");
         assert!(
             matches!(failed, ScannerEvent::SweepFailed(1, ..)),
             "{failed:?}"
         );
-        assert!(!thread.is_overdue());
+        assert!(!thread.is_overdue(late));
     }
 
     #[test]

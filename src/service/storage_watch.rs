@@ -7,7 +7,8 @@ use crate::store::{StorageReport, StoreStart};
 #[derive(Debug, Default)]
 pub(super) struct StorageWatch {
     is_behind: bool,
-    is_low: bool,
+    /// Why the space is low, as it was when that began.
+    low_space: Option<String>,
     journal_fails: bool,
 }
 
@@ -74,19 +75,23 @@ impl StorageWatch {
         notes
     }
 
+    /// Why the store is without space, as a health incident; `None`: it has some.
+    pub(super) fn low_space(&self) -> Option<&str> {
+        self.low_space.as_deref()
+    }
+
     fn note_space(&mut self, report: &StorageReport) -> Option<Note> {
         let space = report.space.as_ref().ok()?;
         let free_mb = space.free_bytes / 1_000_000;
-        if space.is_low() && !self.is_low {
-            self.is_low = true;
+        if space.is_low() && self.low_space.is_none() {
             let text = format!(
                 "low space: {free_mb} MB are free, room for {} visits; make room or lower store.keep_gib",
                 space.visits()
             );
+            self.low_space = Some(text.clone());
             return Some((Severity::Warning, text));
         }
-        if space.is_ample() && self.is_low {
-            self.is_low = false;
+        if space.is_ample() && self.low_space.take().is_some() {
             return Some((
                 Severity::Info,
                 format!("space again: {free_mb} MB are free"),

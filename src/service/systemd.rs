@@ -23,6 +23,21 @@ impl SystemdNotifier {
         }
     }
 
+    /// Due at every tick.
+    #[cfg(test)]
+    pub(super) fn with_watchdog() -> Self {
+        Self {
+            feed_interval: Some(Duration::ZERO),
+            last_fed: None,
+            status: String::new(),
+        }
+    }
+
+    #[cfg(test)]
+    pub(super) fn last_fed(&self) -> Option<Instant> {
+        self.last_fed
+    }
+
     /// At the start, and at the end of a reload.
     pub(super) fn ready(&self) {
         notify(&[NotifyState::Ready]);

@@ -15,7 +15,7 @@ pub struct EventFilter {
     pub range: TimeRange,
     /// How bad.
     pub severity: Option<Severity>,
-    /// laser, ptu, devices or service.
+    /// laser, ptu, devices, service, store or health.
     pub device: Option<String>,
     /// The newest N.
     pub limit: u32,
@@ -43,7 +43,7 @@ pub struct EventRow {
     pub clock_unset: bool,
     /// info, warning or error.
     pub level: String,
-    /// laser, ptu or service.
+    /// laser, ptu, devices, service, store or health.
     pub device: String,
     /// What happened.
     pub text: String,

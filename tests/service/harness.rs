@@ -32,6 +32,8 @@ pub(crate) enum ScriptedSweep {
     Scene(&'static str),
     /// The same scan again and again.
     Frozen,
+    /// Covered: no beam comes back.
+    Blind,
     /// The reason, and whether the devices are lost.
     Fail(&'static str, bool),
     /// Until cancelled, or the script has another sweep.
@@ -135,6 +137,14 @@ impl Scanner for ConnectedScanner {
                     for scan in &mut pan_segment.scans {
                         scan.values.clone_from(&first);
                     }
+                }
+                Ok(raw)
+            }
+            ScriptedSweep::Blind => {
+                let mut raw = simulated_sweep("storeroom.toml", seed);
+                let segments = raw.pan_segments.iter_mut();
+                for scan in segments.flat_map(|segment| &mut segment.scans) {
+                    scan.values.fill(0);
                 }
                 Ok(raw)
             }

@@ -4,6 +4,7 @@ mod emulated;
 #[path = "../harness/faulty_disk.rs"]
 mod faulty_disk;
 mod harness;
+mod health;
 mod process;
 mod references;
 mod reload;

@@ -6,6 +6,7 @@ use patrold::store::Store;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Child, Output, Stdio};
+use std::time::{Duration, Instant};
 
 /// A service that does not outlive its test.
 struct Running(Child);
@@ -157,11 +158,13 @@ fn a_start_with_a_bad_configuration_uses_the_last_good_one() {
             .is_some_and(|f| f.ends_with("last-good.toml"))
     );
     let loud = "the configuration has mistakes; the last good one is in force: ";
-    assert!(
-        events(dir)
-            .iter()
-            .any(|text| text.starts_with(loud) && text.contains("laser.port?"))
-    );
+    let is_loud = |text: &String| text.starts_with(loud) && text.contains("laser.port?");
+    // The writer may still be at it when the service is ready.
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while !events(dir).iter().any(is_loud) {
+        assert!(Instant::now() < deadline, "{:?}", events(dir));
+        std::thread::yield_now();
+    }
     // Mended, it is taken without a restart, and kept.
     configure(dir, "robot.name = \"max\"\n");
     assert_eq!(run(dir, &["reload"]).status.code(), Some(0));

@@ -78,6 +78,31 @@ fn whatever_the_disk_fails_with_a_change_is_answered_and_stored_later() {
 }
 
 #[test]
+fn a_change_while_another_program_holds_the_lock_is_answered_held_and_stored_later() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let (service, _) = start(dir.path());
+    let other = rusqlite::Connection::open(dir.path().join("store/patrold.db")).expect("opens");
+    other.execute_batch("BEGIN IMMEDIATE").expect("locked");
+    let changed = service.visit(AFTER);
+    let answer = (&changed["verdict"], &changed["stored"]);
+    assert_eq!(answer, (&"changed".into(), &false.into()));
+    let why = changed["not_stored_because"].as_str().expect("why");
+    assert!(why.contains("another program is writing"), "{why}");
+    drop(other);
+    let quiet = service.visit(BEFORE);
+    assert_eq!(
+        (&quiet["verdict"], &quiet["stored"]),
+        (&"quiet".into(), &true.into())
+    );
+    assert_eq!(
+        quiet["cleared"].as_array().map(Vec::len),
+        Some(1),
+        "stored before it"
+    );
+    service.stop();
+}
+
+#[test]
 fn an_alarm_is_stored_where_its_evidence_is_not() {
     let dir = tempfile::tempdir().expect("temp dir");
     let (service, disk) = start(dir.path());

@@ -1,13 +1,14 @@
 //! What the controller does besides the patrol: event log, retention, status.
 
-use super::Controller;
+use super::{Controller, send};
 use crate::patrol::machine::DeviceAvailability;
 use crate::patrol::severity::Severity;
 use crate::service::constants::{RETENTION_INTERVAL, UNSEEN_CHECK_INTERVAL};
+use crate::service::message::ServiceMessage;
 use crate::service::record_time::record_time_now;
 use crate::service::replies::{CurrentStatus, DevicesStatus};
 use crate::store::{Retention, StoreError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 const BYTES_PER_GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 
@@ -32,26 +33,36 @@ impl Controller {
         );
     }
 
-    /// `None`: nothing is wrong with the subject. What was noted already is not noted again.
+    /// `None`: nothing is wrong with the subject. What was noted already is not noted again, unless it could not be written.
     pub(super) fn note_health(&mut self, subject: &'static str, reason: Option<&str>) {
         let reason = reason.map(|text| text.replace('\n', " "));
         if self.health.get(subject) == Some(&reason) {
             return;
         }
         self.health.insert(subject, reason.clone());
+        let inbox = self.services.inbox.clone();
         self.services.writer.submit_optional(
             move |ledger| {
                 ledger
                     .store
                     .note_health(subject, reason.as_deref(), &record_time_now())
             },
-            report_unwritten_health,
+            move |written| {
+                if written.is_err() {
+                    send(&inbox, ServiceMessage::HealthUnwritten(subject));
+                }
+                report_unwritten_health(written);
+            },
         );
     }
 
     pub(super) fn watch_clock(&mut self) {
-        let elapsed = self.started.elapsed();
-        let was_set = self.wall_clock.update(elapsed, jiff::Timestamp::now());
+        self.note_clock(self.started.elapsed(), jiff::Timestamp::now());
+    }
+
+    /// `elapsed`: monotonic time since the start.
+    pub(super) fn note_clock(&mut self, elapsed: Duration, wall: jiff::Timestamp) {
+        let was_set = self.wall_clock.update(elapsed, wall);
         if was_set {
             self.note_health(
                 "clock",

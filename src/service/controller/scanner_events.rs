@@ -49,9 +49,10 @@ impl Controller {
                 if let Some(active) = self.active.as_mut().filter(|a| a.request.id == id) {
                     active.dialogue = dialogue;
                 }
-                // A sweep that a client or a shutdown cancelled is no fault.
                 if error.lost {
                     self.note_health("devices", Some(&error.reason));
+                } else if !self.machine.is_cancelled(id) {
+                    self.note_health("sweep", Some(&error.reason));
                 }
                 PatrolEvent::SweepFailed {
                     id,

@@ -9,8 +9,8 @@ use std::time::Instant;
 
 impl Controller {
     /// Submits the upkeep when it is due; the first is due at once.
-    pub(super) fn maintain_storage(&mut self) {
-        if self.maintaining || Instant::now() < self.maintenance_due {
+    pub(super) fn maintain_storage(&mut self, now: Instant) {
+        if self.maintaining || now < self.maintenance_due {
             return;
         }
         self.maintaining = true;
@@ -35,6 +35,8 @@ impl Controller {
         for (severity, text) in self.storage.note(report) {
             self.log_event(severity, "store", text);
         }
+        let low_space = self.storage.low_space().map(str::to_owned);
+        self.note_health("storage", low_space.as_deref());
     }
 
     /// The last chance: what is not stored now is in the journal of the system only.

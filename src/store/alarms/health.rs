@@ -2,9 +2,13 @@
 
 use super::super::connection::{RecordTime, Store, time_text};
 use super::super::error::StoreError;
-use rusqlite::{Connection, params};
+use super::super::events::insert_event;
+use crate::patrol::severity::Severity;
+use rusqlite::{Connection, Transaction, params};
 use serde::Serialize;
 
+/// Device under which the event log has the beginning and the end of each.
+const EVENT_DEVICE: &str = "health";
 /// Subjects of waypoints that were not visited begin so; their name follows.
 const WAYPOINT_SUBJECT: &str = "waypoint ";
 
@@ -13,7 +17,7 @@ const WAYPOINT_SUBJECT: &str = "waypoint ";
 pub struct HealthRow {
     /// Sequence number.
     pub id: i64,
-    /// devices, sweep, clock, or `waypoint NAME`.
+    /// devices, sweep, clock, storage, or `waypoint NAME`.
     pub subject: String,
     /// What is wrong, as it was last reported; one line.
     pub reason: String,
@@ -27,7 +31,7 @@ pub struct HealthRow {
 
 impl Store {
     /// Stores that something is wrong with `subject`, or that nothing is any more (`None`). What stands keeps its beginning and
-    /// takes the new reason.
+    /// takes the new reason. The event log gets the beginning and the end.
     ///
     /// # Errors
     /// The database fails.
@@ -87,27 +91,33 @@ impl Store {
 }
 
 fn note(
-    db: &Connection,
+    change: &Transaction<'_>,
     subject: &str,
     reason: Option<&str>,
     stamp: &RecordTime,
 ) -> Result<(), StoreError> {
     let Some(reason) = reason else {
-        db.execute(
+        let over = change.execute(
             "UPDATE health SET cleared_at = ?2 WHERE subject = ?1 AND cleared_at IS NULL",
             params![subject, stamp.to_rfc3339()],
         )?;
+        if over > 0 {
+            let text = format!("{subject}: over");
+            insert_event(change, Severity::Info, EVENT_DEVICE, &text, stamp)?;
+        }
         return Ok(());
     };
-    let standing = db.execute(
+    let standing = change.execute(
         "UPDATE health SET reason = ?2 WHERE subject = ?1 AND cleared_at IS NULL",
         params![subject, reason],
     )?;
     if standing == 0 {
-        db.execute(
+        change.execute(
             "INSERT INTO health (subject, reason, since, boot_id) VALUES (?1, ?2, ?3, ?4)",
             params![subject, reason, stamp.to_rfc3339(), stamp.boot_id],
         )?;
+        let text = format!("{subject}: {reason}");
+        insert_event(change, Severity::Warning, EVENT_DEVICE, &text, stamp)?;
     }
     Ok(())
 }

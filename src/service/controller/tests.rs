@@ -1,0 +1,208 @@
+//! The links of the loop, stepped on one thread: what it is told becomes health incidents, a second sweep, a fed watchdog.
+
+use super::{Controller, Services};
+use crate::config::Settings;
+use crate::config::load;
+use crate::devices::Cancel;
+use crate::patrol::event::PatrolTask;
+use crate::service::constants::{JUDGE_LIMIT, STORE_WRITE_LIMIT, WALL_CLOCK_STABLE_FOR};
+use crate::service::judgement::SweepJudgement;
+use crate::service::message::{ClientRequest, ServiceMessage, TeachOptions};
+use crate::service::replies::{ServiceReply, StatusReply};
+use crate::service::scanner::{
+    ConnectError, DeviceNoteSink, Scanner, ScannerConnector, ScannerError,
+};
+use crate::service::scanner_thread::{ScannerEvent, ScannerThread};
+use crate::service::store_writer::StoreWriter;
+use crate::service::systemd::SystemdNotifier;
+use crate::store::{DiskSpace, Ledger, RetryResult, StorageReport, Store};
+use link::Clock;
+use patrold_engine::scan::ScanGeometry;
+use patrold_engine::sweep::RawSweep;
+use serde_json::Value;
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+use tokio::sync::{oneshot, watch};
+
+mod health;
+mod links;
+
+const TIMEOUT: Duration = Duration::from_secs(60);
+
+/// Connects at once; its sweep hangs until it is cancelled.
+struct HangingScanner;
+
+impl ScannerConnector for HangingScanner {
+    fn connect(
+        &mut self,
+        _: &Settings,
+        _: &DeviceNoteSink,
+        _: &Cancel,
+    ) -> Result<Box<dyn Scanner>, ConnectError> {
+        Ok(Box::new(Self))
+    }
+}
+
+impl Scanner for HangingScanner {
+    fn describe(&mut self) -> Value {
+        Value::Null
+    }
+
+    fn sweep(
+        &mut self,
+        _: &Settings,
+        _: Option<&str>,
+        cancel: &Cancel,
+    ) -> Result<RawSweep, ScannerError> {
+        while !cancel.is_cancelled() {
+            std::thread::yield_now();
+        }
+        Err(ScannerError {
+            reason: "cancelled".to_owned(),
+            lost: false,
+        })
+    }
+}
+
+/// A controller whose messages are given by hand.
+struct Stepped {
+    dir: tempfile::TempDir,
+    controller: Controller,
+    /// What its threads send; nobody passes it on.
+    _messages: UnboundedReceiver<ServiceMessage>,
+    clients: Vec<oneshot::Receiver<ServiceReply>>,
+}
+
+impl Stepped {
+    fn new(more: &str) -> Self {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let (store, file) = (dir.path().join("store"), dir.path().join("patrold.toml"));
+        std::fs::write(&file, format!("store.dir = {store:?}\n{more}")).expect("written");
+        let loaded = load(Some(&file), &[]).expect("valid");
+        let ledger = Ledger::new(Store::open(&store).expect("opens"));
+        let (inbox, mut messages) = unbounded_channel();
+        let events = inbox.clone();
+        let notes = DeviceNoteSink::new(|_, _, _| ());
+        let on_event = move |event| drop(events.send(ServiceMessage::Scanner(event)));
+        let scanner =
+            ScannerThread::spawn(Box::new(HangingScanner), Clock::real(), notes, on_event);
+        let services = Services {
+            scanner: scanner.expect("a thread"),
+            writer: StoreWriter::spawn(ledger).expect("a thread"),
+            systemd: SystemdNotifier::with_watchdog(),
+            log: None,
+            inbox,
+            status: watch::channel(StatusReply::default()).0,
+        };
+        let controller = Controller::start(services, &loaded);
+        // The scanner's thread has nothing to do from here on.
+        let is_ready = |message: &ServiceMessage| {
+            matches!(message, ServiceMessage::Scanner(ScannerEvent::Ready(_)))
+        };
+        while !messages
+            .blocking_recv()
+            .is_some_and(|message| is_ready(&message))
+        {}
+        Self {
+            dir,
+            controller,
+            _messages: messages,
+            clients: Vec::new(),
+        }
+    }
+
+    fn store_dir(&self) -> std::path::PathBuf {
+        self.dir.path().join("store")
+    }
+
+    fn scanner(&mut self, event: ScannerEvent) {
+        self.controller
+            .handle_message(ServiceMessage::Scanner(event));
+    }
+
+    /// Requests a visit of the hall; returns its number.
+    fn visit(&mut self) -> u64 {
+        let (reply_to, reply) = oneshot::channel();
+        self.clients.push(reply);
+        let request = ClientRequest {
+            task: PatrolTask::Visit,
+            waypoint: "hall".to_owned(),
+            teach: TeachOptions::default(),
+            reply_to,
+        };
+        self.controller
+            .handle_message(ServiceMessage::Request(request));
+        self.controller.last_request_id
+    }
+
+    /// A visit whose sweep is under way; returns its number.
+    fn sweeping(&mut self) -> u64 {
+        self.scanner(ScannerEvent::Ready(Value::Null));
+        let id = self.visit();
+        self.controller
+            .handle_message(ServiceMessage::Prepared(id, Ok(None)));
+        assert_eq!(self.controller.machine.phase(), "sweeping");
+        id
+    }
+
+    /// Until everything that was submitted is written.
+    fn settle(&self) {
+        let (sender, written) = mpsc::channel();
+        let done = move |()| sender.send(()).expect("awaited");
+        self.controller.services.writer.submit(|_| (), done);
+        written.recv_timeout(TIMEOUT).expect("written");
+    }
+
+    /// Subjects and reasons of the health incidents that stand, the oldest first.
+    fn health(&self) -> Vec<(String, String)> {
+        self.settle();
+        let store = Store::open_for_reading(&self.store_dir()).expect("readable");
+        let rows = store.health(true, 100).expect("health");
+        rows.into_iter()
+            .rev()
+            .map(|row| (row.subject, row.reason))
+            .collect()
+    }
+
+    fn events(&self) -> Vec<String> {
+        self.settle();
+        let store = Store::open_for_reading(&self.store_dir()).expect("readable");
+        let rows = store.events(100).expect("events");
+        rows.into_iter().map(|row| row.text).collect()
+    }
+}
+
+fn judgement(sweep_fault: Option<&str>) -> Box<SweepJudgement> {
+    Box::new(SweepJudgement {
+        assembled: None,
+        unassembled_raw: None,
+        finding: Err(sweep_fault.unwrap_or("no reference at hand").to_owned()),
+        suspected_lost_steps: None,
+        sweep_fault: sweep_fault.map(str::to_owned),
+        made_anew: None,
+    })
+}
+
+fn empty_sweep() -> Box<RawSweep> {
+    Box::new(RawSweep {
+        scan_geometry: ScanGeometry {
+            steps_per_turn: 1024,
+            front_step: 384,
+            first_step: 44,
+            cluster: 1,
+            dmin_mm: 20,
+            dmax_mm: 5600,
+            period_s: 0.1,
+        },
+        mount: Settings::defaults().mount.chain(),
+        tilt_rad_per_step: 0.0009,
+        tilt_zero_rad: 0.0,
+        tilt_low_rad: -0.6,
+        tilt_high_rad: 0.4,
+        line_pitch_rad: 0.0087,
+        time_offset_s: 0.0,
+        tilt_backlash_rad: 0.0,
+        pan_segments: Vec::new(),
+    })
+}

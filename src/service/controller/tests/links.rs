@@ -1,0 +1,154 @@
+//! The watchdog, and the second sweep of a visit.
+
+use super::{
+    Instant, JUDGE_LIMIT, STORE_WRITE_LIMIT, ScannerEvent, ServiceMessage, Stepped, TIMEOUT, Value,
+    empty_sweep, judgement,
+};
+use crate::service::scanner_thread::max_sweep_duration;
+use std::sync::mpsc;
+
+/// Whether a tick at this instant feeds the watchdog, with nothing left to be written.
+fn feeds_when_written(service: &mut Stepped, now: Instant) -> bool {
+    service.settle();
+    feeds(service, now)
+}
+
+fn feeds(service: &mut Stepped, now: Instant) -> bool {
+    let before = service.controller.services.systemd.last_fed();
+    service.controller.tick_at(now);
+    let fed = service.controller.services.systemd.last_fed() != before;
+    assert_eq!(fed, !service.controller.overdue);
+    fed
+}
+
+#[test]
+fn a_judgement_that_hangs_stops_the_watchdog() {
+    let mut service = Stepped::new("");
+    let began = service.controller.step_started;
+    assert!(
+        feeds_when_written(&mut service, began + 2 * JUDGE_LIMIT),
+        "nothing is judged"
+    );
+    service.controller.judging = true;
+    assert!(feeds_when_written(&mut service, began + JUDGE_LIMIT));
+    assert!(!feeds_when_written(&mut service, began + 2 * JUDGE_LIMIT));
+    service.controller.judging = false;
+    assert!(feeds_when_written(&mut service, began + 2 * JUDGE_LIMIT));
+}
+
+#[test]
+fn a_write_that_hangs_stops_the_watchdog() {
+    let mut service = Stepped::new("");
+    let (begin, begun) = mpsc::channel();
+    let (release, released) = mpsc::channel::<()>();
+    service.controller.services.writer.submit(
+        move |_| {
+            begin.send(()).expect("awaited");
+            let _ = released.recv();
+        },
+        |()| (),
+    );
+    begun.recv_timeout(TIMEOUT).expect("begun");
+    let late = Instant::now() + 2 * STORE_WRITE_LIMIT;
+    assert!(feeds(&mut service, Instant::now()));
+    assert!(!feeds(&mut service, late));
+    drop(release);
+    service.settle();
+    // The upkeep that a tick submitted is done by now.
+    service.controller.tick_at(Instant::now());
+    service.settle();
+    assert!(feeds(&mut service, Instant::now()));
+}
+
+#[test]
+fn a_sweep_that_hangs_stops_the_watchdog() {
+    let mut service = Stepped::new("");
+    let limit = max_sweep_duration(&service.controller.settings, Some("hall"));
+    service.sweeping();
+    let late = Instant::now() + 2 * limit + TIMEOUT;
+    // The command reaches the scanner's thread.
+    while !service.controller.services.scanner.is_overdue(late) {
+        std::thread::yield_now();
+    }
+    assert!(feeds_when_written(&mut service, Instant::now()));
+    assert!(!feeds_when_written(&mut service, late));
+    service.controller.services.scanner.cancel();
+    while service.controller.services.scanner.is_overdue(late) {
+        std::thread::yield_now();
+    }
+    assert!(feeds_when_written(&mut service, late));
+}
+
+#[test]
+fn a_visit_is_swept_again_after_suspected_lost_steps_and_not_before() {
+    let mut service = Stepped::new("");
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .build()
+        .expect("a runtime");
+    let _context = runtime.enter();
+    let repeated = |service: &Stepped| {
+        let active = service.controller.active.as_ref().expect("served");
+        active.repeated_sweep
+    };
+    let id = service.sweeping();
+    assert!(!repeated(&service));
+    service.scanner(ScannerEvent::Swept(id, empty_sweep(), None));
+    assert!(!repeated(&service) && service.controller.judging);
+    let mut suspected = judgement(None);
+    suspected.suspected_lost_steps = Some("the view is rotated".to_owned());
+    service
+        .controller
+        .handle_message(ServiceMessage::Judged(id, suspected));
+    assert_eq!(service.controller.machine.phase(), "sweeping", "again");
+    assert!(repeated(&service) && !service.controller.judging);
+    // The next visit begins anew.
+    service.scanner(ScannerEvent::Swept(id, empty_sweep(), None));
+    service
+        .controller
+        .handle_message(ServiceMessage::Judged(id, judgement(None)));
+    service.controller.handle_message(ServiceMessage::Recorded(
+        id,
+        Err(crate::patrol::event::RefusalReason::Failed(
+            "the disk".to_owned(),
+        )),
+    ));
+    service.scanner(ScannerEvent::Ready(Value::Null));
+    service.sweeping();
+    assert!(!repeated(&service));
+}
+
+#[test]
+fn the_basis_goes_to_the_visit_that_asked_for_it() {
+    let mut service = Stepped::new("");
+    service.scanner(ScannerEvent::Ready(Value::Null));
+    let id = service.visit();
+    let basis = || {
+        let settings = crate::config::Settings::defaults();
+        let view = patrold_engine::geometry::View::from_points(
+            vec![nalgebra::Point3::new(1.0, 0.0, 0.0); 4],
+            nalgebra::Point3::origin(),
+        );
+        let gamma = patrold_engine::novelty::ReferenceMixture {
+            mixture: patrold_engine::mixture::Mixture::default(),
+            beams: Vec::new(),
+        };
+        Box::new(crate::service::judgement::VisitBasis {
+            reference: crate::service::visit_tests::stored_reference::stored_reference(
+                &settings, view, gamma, "a",
+            ),
+            incidents: Vec::new(),
+        })
+    };
+    let has_basis = |service: &Stepped| {
+        let active = service.controller.active.as_ref().expect("served");
+        active.basis.is_some()
+    };
+    service
+        .controller
+        .handle_message(ServiceMessage::Prepared(id + 1, Ok(Some(basis()))));
+    assert!(!has_basis(&service), "of another request");
+    service
+        .controller
+        .handle_message(ServiceMessage::Prepared(id, Ok(Some(basis()))));
+    assert!(has_basis(&service));
+}
