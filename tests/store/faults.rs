@@ -355,8 +355,8 @@ fn a_sweep_that_was_being_written_at_the_stop_is_settled_at_the_start() {
     let dir = tempfile::tempdir().expect("temp dir");
     let (mut ledger, disk, _) = ledger_with_an_alarm(dir.path());
     let mut ids = Vec::new();
-    // The last step marks the row: with all files written, and with none.
-    for (x, at) in [(3.0, 14), (5.0, 2)] {
+    // The last step marks the row: with all files written, with none, and with the view alone.
+    for (x, at) in [(3.0, 14), (5.0, 2), (7.0, 8)] {
         let yard = ledger.store.reference("yard").expect("taught").id;
         disk.fail(Fault::Failing, at, true);
         let recorded = record_of(&mut ledger, "yard", yard, x, &stamp(20));
@@ -368,16 +368,14 @@ fn a_sweep_that_was_being_written_at_the_stop_is_settled_at_the_start() {
     }
     drop(ledger);
     let mut ledger = Ledger::new(Store::open(dir.path()).expect("opens"));
-    assert_eq!(ledger.start().evidence_missing, 1);
+    assert_eq!(ledger.start().evidence_missing, 2);
     assert!(ledger.store.visit(ids[0]).is_ok());
-    let gone = ledger
-        .store
-        .visit(ids[1])
-        .expect_err("no files")
-        .to_string();
-    assert!(gone.contains("stopped before it was written"), "{gone}");
+    for id in [ids[1], ids[2]] {
+        let gone = ledger.store.visit(id).expect_err("no files").to_string();
+        assert!(gone.contains("stopped before it was written"), "{gone}");
+    }
     assert_eq!(ledger.start().evidence_missing, 0);
-    let VisitRecord::Stored(next) = record(&mut ledger, "hall", 7.0, &stamp(60)) else {
+    let VisitRecord::Stored(next) = record(&mut ledger, "hall", 9.0, &stamp(60)) else {
         panic!("the disk works");
     };
     assert!(next.evidence_missing.is_none());

@@ -41,10 +41,29 @@ fn what_stands_keeps_its_beginning_and_each_subject_is_its_own() {
     store
         .note_health("devices", Some("again"), &stamp(50))
         .expect("noted");
+    store
+        .note_health("devices", None, &stamp(60))
+        .expect("over");
+    store
+        .note_health("devices", Some("again"), &stamp(70))
+        .expect("noted");
     let all = store.health(false, 100).expect("health");
     let over: Vec<_> = all.iter().map(|r| (r.id, r.cleared_at.clone())).collect();
-    let cleared = Some(stamp(40).to_rfc3339());
-    assert_eq!(over, [(3, None), (2, None), (1, cleared)]);
+    let cleared = |second| Some(stamp(second).to_rfc3339());
+    let expected = [(4, None), (3, cleared(60)), (2, None), (1, cleared(40))];
+    assert_eq!(over, expected, "what was over stays as it was");
+    let events = store.events(100).expect("events");
+    let texts: Vec<_> = events.iter().rev().map(|e| e.text.as_str()).collect();
+    let expected = [
+        "devices: laser absent",
+        "sweep: covered",
+        "devices: over",
+        "devices: again",
+        "devices: over",
+        "devices: again",
+    ];
+    assert_eq!(texts, expected, "each beginning and end once");
+    assert!(events.iter().all(|event| event.device == "health"));
 }
 
 #[test]

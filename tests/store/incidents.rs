@@ -3,8 +3,8 @@
 use super::kit::{novelty_at, raised, stamp, teach, visit};
 use patrold::alarm::Relation;
 use patrold::store::{
-    AlarmFilter, AlarmRow, NewReference, NewVisit, ReferenceFrame, Store, StoreError, SweepRecord,
-    VisitOutcome,
+    AlarmFilter, AlarmRow, FloorPlace, NearFilter, NewReference, NewVisit, ReferenceFrame, Store,
+    StoreError, SweepRecord, ThingFilter, VisitOutcome,
 };
 use patrold_engine::novelty::{PlaceView, Verdict};
 use patrold_engine::report::{NoveltyRecord, ShapeRecord};
@@ -160,6 +160,28 @@ fn one_goes_and_the_others_stay() {
     unchanged(&store, 3, &dock);
 }
 
+/// Alarms of the hall whose thing is at this place, as it was last seen.
+fn ids_near(store: &Store, x_m: f64) -> Vec<i64> {
+    let place = FloorPlace {
+        waypoint: "hall".to_owned(),
+        x_m,
+        y_m: 0.0,
+    };
+    let near = NearFilter {
+        places: vec![place],
+        within_m: 0.3,
+    };
+    let filter = AlarmFilter {
+        thing: ThingFilter {
+            near: Some(near),
+            ..ThingFilter::default()
+        },
+        ..AlarmFilter::default()
+    };
+    let rows = store.alarms(&filter).expect("alarms");
+    rows.into_iter().map(|row| row.id).collect()
+}
+
 #[test]
 fn an_acknowledged_thing_hides_no_other_and_is_open_again_when_it_moves() {
     let (_dir, mut store) = two_waypoints();
@@ -182,6 +204,13 @@ fn an_acknowledged_thing_hides_no_other_and_is_open_again_when_it_moves() {
         (last.relation.as_str(), last.distance_m),
         ("moved", Some(2.0))
     );
+    for (x_m, expected) in [(6.0, vec![2]), (4.0, vec![])] {
+        assert_eq!(
+            ids_near(&store, x_m),
+            expected,
+            "where it was last seen, {x_m}"
+        );
+    }
     assert_eq!(
         (moved.novelties[0].centre[0], last.novelties[0].centre[0]),
         (4.0, 6.0)
