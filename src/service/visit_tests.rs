@@ -3,6 +3,7 @@
 
 mod device_faults;
 mod displaced_robot;
+mod fault_cases;
 mod incident_histories;
 mod lost_steps;
 mod return_to_start;
