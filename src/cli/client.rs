@@ -3,7 +3,9 @@
 use super::failure::Failure;
 use super::progress;
 use crate::service::SWEEP_INFO_HEADER;
-use crate::service::replies::{AckReply, ErrorReply, ReloadReply, StatusReply, SweepInfo};
+use crate::service::replies::{
+    AckReply, ErrorReply, ReloadReply, StatusReply, SweepInfo, TeachReply,
+};
 use crate::store::BackupResult;
 use http_body_util::{BodyExt as _, Full};
 use hyper::body::Bytes;
@@ -20,18 +22,22 @@ use tokio::net::UnixStream;
 enum ClientError {
     /// Nothing listens at the socket.
     NoService(String),
+    /// The service asks whether a name is new: its reason, and the known name.
+    NearName(String, String),
     Failed(String),
 }
 
 impl From<ClientError> for Failure {
     fn from(error: ClientError) -> Self {
         match error {
-            ClientError::NoService(text) | ClientError::Failed(text) => Self::Failed(text),
+            ClientError::NoService(text)
+            | ClientError::NearName(text, _)
+            | ClientError::Failed(text) => Self::Failed(text),
         }
     }
 }
 
-/// Requests `/visit` or `/teach` and waits for the reply; `options` go into the body beside the name.
+/// Requests `/visit` and waits for the reply; `options` go into the body beside the name.
 ///
 /// # Errors
 /// No service, no permission for its socket, or its error reply.
@@ -41,6 +47,15 @@ pub(super) fn request_at_waypoint<T: DeserializeOwned>(
     waypoint: &str,
     options: Value,
 ) -> Result<T, Failure> {
+    Ok(at_waypoint(socket, path, waypoint, options)?)
+}
+
+fn at_waypoint<T: DeserializeOwned>(
+    socket: &Path,
+    path: &'static str,
+    waypoint: &str,
+    options: Value,
+) -> Result<T, ClientError> {
     let mut body = options;
     body["waypoint"] = json!(waypoint);
     let working = progress::spinner(format!("{waypoint}: sweeping and inspecting"));
@@ -48,7 +63,25 @@ pub(super) fn request_at_waypoint<T: DeserializeOwned>(
     working.finish_and_clear();
     let (_, body) = response?;
     serde_json::from_slice(&body)
-        .map_err(|error| Failure::Failed(format!("{}: {path}: {error}", socket.display())))
+        .map_err(|error| ClientError::Failed(format!("{}: {path}: {error}", socket.display())))
+}
+
+/// Requests `/teach`; `Err` with the known name where the new one is nearly that, and nobody said that it is new.
+///
+/// # Errors
+/// As [`request_at_waypoint`]; off a terminal also that the name is nearly a known one.
+pub(super) fn request_teach(
+    socket: &Path,
+    waypoint: &str,
+    accept: &[i64],
+    new: bool,
+    may_ask: bool,
+) -> Result<Result<TeachReply, String>, Failure> {
+    let options = json!({"accept": accept, "new": new});
+    match at_waypoint(socket, "/teach", waypoint, options) {
+        Err(ClientError::NearName(_, known)) if may_ask => Ok(Err(known)),
+        other => Ok(Ok(other?)),
+    }
 }
 
 /// Requests a sweep; `None` where no service runs. The bytes are a PLY file.
@@ -87,7 +120,9 @@ fn request_status_within(
     limit: Duration,
 ) -> Result<Result<StatusReply, String>, Failure> {
     let body = match exchange(socket, Method::GET, "/status", None, Some(limit)) {
-        Err(ClientError::NoService(why) | ClientError::Failed(why)) => return Ok(Err(why)),
+        Err(
+            ClientError::NoService(why) | ClientError::NearName(why, _) | ClientError::Failed(why),
+        ) => return Ok(Err(why)),
         Ok((_, body)) => body,
     };
     serde_json::from_slice(&body)
@@ -187,6 +222,10 @@ fn exchange(
                 return Ok((head.headers, body.to_vec()));
             }
             Err(match serde_json::from_slice::<ErrorReply>(&body) {
+                Ok(ErrorReply {
+                    error,
+                    nearly: Some(known),
+                }) => ClientError::NearName(error, known),
                 Ok(reply) => ClientError::Failed(reply.error),
                 Err(_) => failed(&format!("the service replied {}", head.status)),
             })

@@ -10,6 +10,7 @@
 //! | `output`, `table`, `local_time`, `progress`, `alarm_report`, `calibration_report`, `status_report`, `stopwatch` | what a command prints |
 //! | `threshold_warning` | what `tune` and `config check` warn of |
 //! | `client`, `signals` | the socket of the service; SIGINT and SIGTERM |
+//! | `confirm` | whether a person means it |
 //! | `experiment` | what `evaluate` and `reproduce` share |
 //! | `mixtures_out` | what `compare` and `rejudge` write for `distance` |
 
@@ -25,6 +26,7 @@ mod client;
 mod clouds;
 mod compare;
 mod config;
+mod confirm;
 mod demo;
 mod devices;
 mod distance;

@@ -27,6 +27,11 @@ pub(super) fn warning(text: &str) {
     eprintln!("patrold: warning: {}", printable(text));
 }
 
+/// A question to the person at the terminal, on standard error: standard output is the report.
+pub(super) fn question(text: &str) {
+    eprintln!("{}", printable(text));
+}
+
 fn write_line(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     let written = writeln!(out, "{text}").and_then(|()| out.flush());

@@ -2,12 +2,11 @@
 
 use super::failure::{CommandResult, DONE, Failure};
 use super::local_time::local_time;
-use super::{config, output, table, waypoint_rebuild};
+use super::{config, confirm, output, table, waypoint_rebuild};
 use crate::service::record_time_now;
 use crate::store::{Store, WaypointRow};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
-use std::io::IsTerminal as _;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -238,15 +237,10 @@ fn forget(store: &mut Store, name: &str, yes: bool, as_json: bool) -> CommandRes
             waypoint.references.len(),
             waypoint.row.standing_alarms
         );
-        if !std::io::stdin().is_terminal() {
+        if !confirm::can_ask() {
             return Err(Failure::Usage(format!("{what}; to do so give --yes")));
         }
-        output::line(format!("{what}\nforget {name}? [y/N]"))?;
-        let mut answer = String::new();
-        std::io::stdin()
-            .read_line(&mut answer)
-            .map_err(Failure::failed)?;
-        if !matches!(answer.trim(), "y" | "yes") {
+        if !confirm::confirm(&format!("{what}\nforget {name}?"))? {
             return Err(Failure::Failed(format!("{name}: not forgotten")));
         }
     }

@@ -46,8 +46,15 @@ pub enum RefusalReason {
     UnknownWaypoint(String),
     /// The waypoint has no reference.
     NoReference(String),
-    /// Somebody has to decide first: alarms stand, or the name is nearly a known one.
+    /// Somebody has to decide first: alarms stand.
     Undecided(String),
+    /// Somebody has to decide first: the name is nearly a known one.
+    NearName {
+        /// The known name.
+        known: String,
+        /// One line.
+        why: String,
+    },
     /// The devices failed.
     NoSweep(String),
     /// The quality of the sweep is too poor for a reference or for export.
@@ -66,6 +73,7 @@ impl fmt::Display for RefusalReason {
             | Self::Undecided(why)
             | Self::NoSweep(why)
             | Self::BadSweep(why)
+            | Self::NearName { why, .. }
             | Self::Failed(why) => f.write_str(why),
         }
     }

@@ -297,9 +297,13 @@ pub(super) fn refusal_reason(error: StoreError) -> RefusalReason {
     match error {
         StoreError::UnknownWaypoint { .. } => RefusalReason::UnknownWaypoint(text),
         StoreError::NoReference { .. } => RefusalReason::NoReference(text),
-        StoreError::StandingAlarms { .. }
-        | StoreError::NotAcceptable { .. }
-        | StoreError::NameLike { .. } => RefusalReason::Undecided(text),
+        StoreError::StandingAlarms { .. } | StoreError::NotAcceptable { .. } => {
+            RefusalReason::Undecided(text)
+        }
+        StoreError::NameLike { like, .. } => RefusalReason::NearName {
+            known: like,
+            why: text,
+        },
         _ => RefusalReason::Failed(text),
     }
 }

@@ -24,18 +24,28 @@ pub(super) fn respond(reply: ServiceReply) -> Response {
         ServiceReply::Refused(refusal) => {
             let code = match &refusal {
                 RefusalReason::UnknownWaypoint(_) => StatusCode::NOT_FOUND,
-                RefusalReason::NoReference(_) | RefusalReason::Undecided(_) => StatusCode::CONFLICT,
+                RefusalReason::NoReference(_)
+                | RefusalReason::Undecided(_)
+                | RefusalReason::NearName { .. } => StatusCode::CONFLICT,
                 RefusalReason::BadSweep(_) => StatusCode::UNPROCESSABLE_ENTITY,
                 RefusalReason::Busy | RefusalReason::Stopping | RefusalReason::NoSweep(_) => {
                     StatusCode::SERVICE_UNAVAILABLE
                 }
                 RefusalReason::Failed(_) => StatusCode::INTERNAL_SERVER_ERROR,
             };
-            error(code, refusal.to_string())
+            let reply = ErrorReply {
+                error: refusal.to_string(),
+                nearly: match refusal {
+                    RefusalReason::NearName { known, .. } => Some(known),
+                    _ => None,
+                },
+            };
+            (code, Json(reply)).into_response()
         }
     }
 }
 
 pub(super) fn error(code: StatusCode, error: String) -> Response {
-    (code, Json(ErrorReply { error })).into_response()
+    let nearly = None;
+    (code, Json(ErrorReply { error, nearly })).into_response()
 }

@@ -234,4 +234,7 @@ pub struct StatusReply {
 pub struct ErrorReply {
     /// What failed, for a person to read; one line.
     pub error: String,
+    /// The known waypoint whose name the new one nearly has, where that is why.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nearly: Option<String>,
 }

@@ -114,6 +114,60 @@ fn teaching_over_an_alarm_is_a_decision_and_accepting_it_needs_no_drive() {
     assert!(events(&service).iter().any(is_accepted));
 }
 
+#[test]
+fn a_name_that_is_nearly_known_is_asked_about_on_a_terminal_and_refused_off_it() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    configure(dir.path(), "");
+    let service = TestService::start(dir.path(), &ScriptedScanner::new(BEFORE));
+    assert_eq!(service.post("/teach", "hall").status, 200);
+    let slip = service.post("/teach", "halls").json();
+    assert_eq!(slip["nearly"], "hall", "{slip}");
+    let known = || {
+        let store = Store::open_for_reading(&dir.path().join("store")).expect("readable");
+        store.waypoints().expect("waypoints").len()
+    };
+    let teach = |name: &str, answer: Option<&str>| {
+        let mut terminal = link::PseudoTerminal::open(None).expect("a terminal");
+        let mut command = process::patrold(dir.path(), &["teach", name]);
+        if let Some(answer) = answer {
+            let slave = std::fs::File::open(terminal.slave_path()).expect("opens");
+            command.stdin(slave);
+            // It waits in the terminal until it is read.
+            terminal.write(answer.as_bytes()).expect("typed");
+        } else {
+            command.stdin(std::process::Stdio::null());
+        }
+        let run = command.output().expect("runs");
+        (run.status.code(), process::stderr(&run))
+    };
+    let sweeps = service.scanner.script().sweeps;
+    let (code, text) = teach("halls", None);
+    assert_eq!(code, Some(1), "{text}");
+    assert!(text.contains("for a new one give --new"), "{text}");
+    for answer in ["n\n", "\n"] {
+        let (code, text) = teach("halls", Some(answer));
+        assert_eq!(code, Some(1), "{text}");
+        assert!(
+            text.contains("there is no waypoint halls, but hall; is halls a new one? [y/N]"),
+            "{text}"
+        );
+        assert!(text.contains("halls: not taught"), "{text}");
+    }
+    assert_eq!(
+        (known(), service.scanner.script().sweeps),
+        (1, sweeps),
+        "nothing was done"
+    );
+    let (code, text) = teach("halls", Some("y\n"));
+    assert_eq!((code, known()), (Some(0), 2), "{text}");
+    // Known, and far from all: nobody is asked.
+    for name in ["halls", "warehouse"] {
+        let (code, text) = teach(name, None);
+        assert_eq!(code, Some(0), "{text}");
+    }
+    service.stop();
+}
+
 fn alarm_state(service: &TestService) -> String {
     let store = Store::open_for_reading(&service.dir.join("store")).expect("readable");
     store.alarm(1).expect("raised").state
