@@ -71,7 +71,7 @@ impl ReferenceCache {
 
 #[cfg(test)]
 mod tests {
-    use super::ReferenceCache;
+    use super::{MAX_CACHED_REFERENCES, ReferenceCache};
     use crate::config::Settings;
     use crate::service::visit_tests::stored_reference::stored_reference;
     use crate::store::{StoredMixture, StoredReference};
@@ -147,6 +147,21 @@ mod tests {
             assert!(Arc::ptr_eq(&first, &other("hall", &hall)));
             assert!(Arc::ptr_eq(&second, &other("dock", &dock)));
         }
+    }
+
+    #[test]
+    fn the_newest_are_kept_and_no_more() {
+        let (cache, settings) = (ReferenceCache::default(), Settings::defaults());
+        let get = |id: usize| {
+            let mut reference = stored(&settings, by_hand(0.0), "a");
+            reference.id = id as i64;
+            cache.get("hall", &reference, &settings).expect("ready")
+        };
+        let first: Vec<_> = (0..=MAX_CACHED_REFERENCES).map(get).collect();
+        for (id, ready) in first.iter().enumerate().skip(1) {
+            assert!(Arc::ptr_eq(ready, &get(id)), "{id}");
+        }
+        assert!(!Arc::ptr_eq(&first[0], &get(0)), "the oldest had to go");
     }
 
     #[test]

@@ -377,3 +377,34 @@ fn teach_with(
     };
     store.teach(&new, &stamp(60))
 }
+
+/// As many things that are gone as are compared with what a visit sees (`src/store/alarms/incidents.rs`).
+const MAX_GONE: i64 = 32;
+
+#[test]
+fn of_things_that_are_gone_the_latest_may_come_back_and_all_that_stand_are_known() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    teach(&mut store, "hall", 0);
+    for n in 0..MAX_GONE + 3 {
+        let x = 10.0 * n as f64;
+        assert_eq!(
+            raised(&changed(&mut store, "hall", &[thing(x, 0.4)], 10 * n)),
+            [n + 1]
+        );
+        let gone = Visit {
+            waypoint: "hall",
+            seen: &[],
+            places: &[(n + 1, PlaceView::AsTaught)],
+            second: 10 * n + 5,
+        };
+        record(&mut store, Verdict::Quiet, &gone);
+    }
+    let standing: Vec<_> = (1..=40).map(|n| thing(-10.0 * f64::from(n), 0.4)).collect();
+    let stand = raised(&changed(&mut store, "hall", &standing, 9000));
+    assert_eq!(stand.len(), standing.len());
+    let known = store.incidents("hall").expect("incidents");
+    let ids: Vec<i64> = known.iter().map(|incident| incident.id).collect();
+    let expected: Vec<i64> = (4..=MAX_GONE + 3).chain(stand).collect();
+    assert_eq!(ids, expected);
+}

@@ -70,7 +70,7 @@ struct Stepped {
     dir: tempfile::TempDir,
     controller: Controller,
     /// What its threads send; nobody passes it on.
-    _messages: UnboundedReceiver<ServiceMessage>,
+    messages: UnboundedReceiver<ServiceMessage>,
     clients: Vec<oneshot::Receiver<ServiceReply>>,
 }
 
@@ -107,7 +107,7 @@ impl Stepped {
         Self {
             dir,
             controller,
-            _messages: messages,
+            messages,
             clients: Vec::new(),
         }
     }

@@ -1,6 +1,7 @@
 //! A robot that is displaced, pushed during a sweep, at another waypoint, or passed by a person: no false alarm.
 
 use super::virtual_patrol::{VirtualPatrol, displaced_pose, taught_storeroom, world};
+use nalgebra::Point3;
 use patrold_engine::novelty::Verdict;
 use std::time::Duration;
 
@@ -10,6 +11,7 @@ fn patrol() -> VirtualPatrol {
 
 #[test]
 fn a_displaced_robot_gives_the_right_verdict() {
+    let mut first_centre = None;
     for by in [
         (0.01, 0.0, 0.0),
         (0.1, -0.05, 0.0),
@@ -46,6 +48,11 @@ fn a_displaced_robot_gives_the_right_verdict() {
             Verdict::Changed,
             "{by:?} with a box: {result:?}"
         );
+        // In the frame of the reference, wherever the robot stood; from elsewhere other sides of the box are seen.
+        let finding = patrol.finding.as_ref().expect("judged");
+        let centre = Point3::from(finding.report.novelties[0].centre);
+        let off_m = (centre - *first_centre.get_or_insert(centre)).norm();
+        assert!(off_m < 0.15, "{by:?}: {off_m} m from where it is");
     }
 }
 

@@ -114,6 +114,19 @@ fn a_clock_that_was_set_is_noted_until_it_is_stable() {
     assert_eq!(service.health(), []);
 }
 
+#[test]
+fn each_tick_looks_at_the_clock() {
+    let mut service = Stepped::new("");
+    service.controller.tick();
+    assert_eq!(service.health(), []);
+    let day = jiff::SignedDuration::from_hours(24);
+    let elapsed = service.controller.started.elapsed();
+    service
+        .controller
+        .note_clock(elapsed, Timestamp::now() + day);
+    assert_eq!(service.health().len(), 1, "it was set since");
+}
+
 fn space(visits: u64) -> ServiceMessage {
     ServiceMessage::Storage(Box::new(StorageReport {
         retry: RetryResult::default(),

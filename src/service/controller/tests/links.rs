@@ -4,12 +4,18 @@ use super::{
     Instant, JUDGE_LIMIT, STORE_WRITE_LIMIT, ScannerEvent, ServiceMessage, Stepped, TIMEOUT, Value,
     empty_sweep, judgement,
 };
+use crate::patrol::event::SettingsChange;
 use crate::service::scanner_thread::max_sweep_duration;
 use std::sync::mpsc;
 
 /// Whether a tick at this instant feeds the watchdog, with nothing left to be written.
 fn feeds_when_written(service: &mut Stepped, now: Instant) -> bool {
     service.settle();
+    // The last job is done a moment before its thread says so.
+    let hung = Instant::now() + 2 * STORE_WRITE_LIMIT;
+    while service.controller.services.writer.is_overdue(hung) {
+        std::thread::yield_now();
+    }
     feeds(service, now)
 }
 
@@ -151,4 +157,73 @@ fn the_basis_goes_to_the_visit_that_asked_for_it() {
         .controller
         .handle_message(ServiceMessage::Prepared(id, Ok(Some(basis()))));
     assert!(has_basis(&service));
+}
+
+/// Upkeeps of the store that were done since the last call.
+fn upkeeps(service: &mut Stepped) -> usize {
+    service.settle();
+    let mut count = 0;
+    while let Ok(message) = service.messages.try_recv() {
+        count += usize::from(matches!(message, ServiceMessage::Storage(_)));
+    }
+    count
+}
+
+#[test]
+fn the_upkeep_is_done_when_it_is_due_and_once_at_a_time() {
+    let mut service = Stepped::new("");
+    upkeeps(&mut service);
+    let now = Instant::now();
+    for (maintaining, due, expected) in [
+        (false, true, 1),
+        (false, false, 0),
+        (true, true, 0),
+        (true, false, 0),
+    ] {
+        service.controller.maintaining = maintaining;
+        service.controller.maintenance_due = if due { now } else { now + TIMEOUT };
+        service.controller.tick_at(now);
+        assert_eq!(upkeeps(&mut service), expected, "{maintaining} {due}");
+    }
+}
+
+#[test]
+fn each_request_has_a_number_of_its_own_and_its_time() {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .build()
+        .expect("a runtime");
+    let mut service = Stepped::new("");
+    let _context = runtime.enter();
+    let id = service.sweeping();
+    assert_eq!(service.visit(), id + 1);
+    let sweep_ms = |service: &Stepped| {
+        let active = service.controller.active.as_ref().expect("served");
+        active.timing.sweep
+    };
+    let before = sweep_ms(&service);
+    service.scanner(ScannerEvent::Swept(id + 1, empty_sweep(), None));
+    assert_eq!(sweep_ms(&service), before, "of another request");
+    service.controller.sweep_started = std::time::Duration::ZERO;
+    service.scanner(ScannerEvent::Swept(id, empty_sweep(), None));
+    assert!(sweep_ms(&service) > before);
+    let began = Instant::now() - TIMEOUT;
+    service.controller.step_started = began;
+    assert!(service.controller.step_ms() >= TIMEOUT.as_secs_f64() * 1e3);
+}
+
+#[test]
+fn devices_are_opened_again_where_their_settings_changed() {
+    let service = Stepped::new("");
+    let old = (*service.controller.settings).clone();
+    assert_eq!(
+        service.controller.settings_change(&old),
+        SettingsChange::KeepDevices
+    );
+    let (mut laser, mut head) = (old.clone(), old.clone());
+    laser.laser.port = "/dev/another".to_owned();
+    head.ptu.port = "/dev/another".to_owned();
+    for new in [laser, head] {
+        let change = service.controller.settings_change(&new);
+        assert_eq!(change, SettingsChange::ReopenDevices);
+    }
 }
