@@ -1,5 +1,7 @@
 //! Errors of a comparison.
 
+use super::constants::MAX_COMPONENTS;
+
 /// Why two views cannot be compared. Everything milder is a verdict.
 #[derive(Debug, thiserror::Error)]
 pub enum NoveltyError {
@@ -30,6 +32,16 @@ pub enum NoveltyError {
         name: &'static str,
         /// Diagonal of the box around the middle of the points, metres.
         spread_m: f64,
+    },
+    /// No mixture of bounded size stands for a view.
+    #[error(
+        "its {points} cells need {components} Gaussians or more, expected at most {MAX_COMPONENTS}; it shows no surfaces (a volume, noise, another unit?)"
+    )]
+    NoSurfaces {
+        /// Number of cells.
+        points: usize,
+        /// Number of components so far.
+        components: usize,
     },
     /// The sensor would have looked through most of what its view shows.
     #[error(

@@ -2,14 +2,14 @@
 
 use super::common_surface::{WeightedCells, shared_areas};
 use super::constants::{
-    MIN_COVERAGE, MIN_NOISE_SAMPLES, PREDICTION_MIN_POINTS, SINGLE_CELL_ROUNDS,
+    MAX_COMPONENTS, MIN_COVERAGE, MIN_NOISE_SAMPLES, PREDICTION_MIN_POINTS, SINGLE_CELL_ROUNDS,
 };
 use super::noise::STEEP_COS;
 use super::prediction::{coverage, unpredicted};
 use super::{NoveltyError, NoveltySettings, PreparedView, RevisitModel};
 use crate::mixture::{
     ComponentSelection, FitSettings, Gaussian, Mixture, RefitSettings, SplitSettings, Unexplained,
-    fit, refit,
+    fit, refit, split_until_flat,
 };
 use nalgebra::{Matrix3, Point3};
 
@@ -101,6 +101,18 @@ fn fit_until_predicted(
         ..FitSettings::default()
     };
     let area_m2 = areas_m2.iter().sum();
+    let bounded = |components: usize| {
+        let points = points.len();
+        match components {
+            ..=MAX_COMPONENTS => Ok(()),
+            _ => Err(NoveltyError::NoSurfaces { points, components }),
+        }
+    };
+    // Before EM, whose time grows with both.
+    if points.len() > MAX_COMPONENTS {
+        let split = split_until_flat(points, Some(areas_m2), &prepared.split_settings())?;
+        bounded(split.len())?;
+    }
     let start = fit(points, Some(areas_m2), &flat)?.mixture;
     let mut mixture = covering(start, area_m2)?;
     for min_points in PREDICTION_MIN_POINTS {
@@ -121,6 +133,7 @@ fn fit_until_predicted(
             &settings,
         )?;
         mixture = covering(refitted.mixture, area_m2)?;
+        bounded(mixture.len())?;
         if missing.is_empty() {
             break;
         }
@@ -131,6 +144,7 @@ fn fit_until_predicted(
         if missing.is_empty() {
             break;
         }
+        bounded(mixture.len() + missing.len())?;
         mixture = with_single_cells(mixture, &missing, points, areas_m2)?;
     }
     Ok(mixture)

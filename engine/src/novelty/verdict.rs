@@ -68,7 +68,8 @@ fn not_observed_reason(findings: &Findings<'_>, settings: &VerdictSettings) -> O
     if !registration.converged {
         return Some(format!(
             "the views do not match: {:.0} % of the flat surfaces agree",
-            100.0 * registration.agreement
+            // A sum of nothing is negative zero.
+            100.0 * registration.agreement + 0.0
         ));
     }
     let shift_m = pose.translation.vector.norm();
