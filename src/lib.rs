@@ -4,6 +4,7 @@
 //! (`tests/layering.rs` checks it). The engine, the simulation and the drivers are crates of their own; ARCHITECTURE.md has
 //! the map.
 
+pub mod bounded_file;
 pub mod alarm;
 pub mod patrol;
 pub mod config;

@@ -165,7 +165,20 @@ fn run_manifest(path: &Path, args: &CompareArgs, settings: &Settings) -> Command
     let text = files::read_text(path)?;
     let manifest: CompareManifest =
         serde_json::from_str(&text).map_err(|error| files::file_error(path, error))?;
+    if manifest.pairs.is_empty() {
+        eprintln!(
+            "patrold: {}: `pairs` is empty, nothing was compared",
+            path.display()
+        );
+    }
     let folder = path.parent().unwrap_or(Path::new(""));
+    // An output of one pair may not be an input of a later one.
+    for pair in &manifest.pairs {
+        let inputs = [&pair["reference"], &pair["current"]];
+        for file in inputs.into_iter().filter_map(Value::as_str) {
+            files::note_input(&folder.join(file));
+        }
+    }
     let progress = super::progress::bar(manifest.pairs.len(), "pairs");
     let mut codes = Vec::new();
     let mut folders = BTreeSet::new();

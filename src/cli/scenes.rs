@@ -2,9 +2,9 @@
 
 use super::clouds;
 use super::failure::Failure;
+use crate::bounded_file::{MAX_SETTINGS_BYTES, read_text_up_to};
 use patrold_engine::geometry::Pose;
 use patrold_sim::world::{Scene, World};
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ pub(super) fn load(path: &Path) -> Result<LoadedScene, Failure> {
         } else {
             folder.join(requested)
         };
-        fs::read_to_string(&file).map_err(|error| error.to_string())
+        read_text_up_to(&file, MAX_SETTINGS_BYTES).map_err(|error| error.to_string())
     };
     let scene = Scene::resolve(&name, &read).map_err(Failure::failed)?;
     let cloud = match &scene.cloud {

@@ -9,9 +9,11 @@ use clap::Args;
 use link::Clock;
 use patrold_engine::formats::write_ply;
 use patrold_engine::sweep::{Sweep, SweepQuality, assemble};
+use rustix::fs::OFlags;
 use serde_json::json;
 use std::fs;
 use std::io::Write;
+use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 
@@ -54,7 +56,14 @@ impl PartialFile {
         let mut name = name.to_owned();
         name.push(".tmp");
         let tmp_path = path.with_file_name(name);
-        let file = fs::File::create(&tmp_path).map_err(|error| {
+        // A link in its place would lead the sweep over another file.
+        let file = fs::OpenOptions::new()
+            .write(true)
+            .create(true)
+            .truncate(true)
+            .custom_flags(OFlags::NOFOLLOW.bits().cast_signed())
+            .open(&tmp_path);
+        let file = file.map_err(|error| {
             let text = format!("cannot be created: {error}; check its folder or choose another");
             files::file_error(path, text)
         })?;
@@ -188,6 +197,12 @@ mod tests {
             (fs::read(&out).expect("there"), files()),
             (b"ply".to_vec(), 1)
         );
+        // No link is followed.
+        let victim = dir.path().join("victim");
+        fs::write(&victim, b"kept").expect("written");
+        std::os::unix::fs::symlink(&victim, dir.path().join("b.ply.tmp")).expect("a link");
+        assert!(PartialFile::create(&dir.path().join("b.ply")).is_err());
+        assert_eq!(fs::read(&victim).expect("there"), b"kept");
         assert!(PartialFile::create(dir.path()).is_err());
         assert!(PartialFile::create(&dir.path().join("no/a.ply")).is_err());
     }

@@ -6,6 +6,7 @@ use super::load::{LoadedConfig, load_leniently};
 use super::settings::Settings;
 use super::toml_text::toml_line;
 use super::value::ConfigValue;
+use crate::bounded_file::{MAX_SETTINGS_BYTES, read_text_up_to};
 use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf, absolute};
@@ -24,7 +25,7 @@ pub fn keep_last_good(loaded: &LoadedConfig) -> io::Result<()> {
     let folder = &loaded.settings.store.dir;
     let path = folder.join(FILE_NAME);
     let text = to_toml(&loaded.layers)?;
-    if fs::read_to_string(&path).is_ok_and(|kept| kept == text) {
+    if read_text_up_to(&path, MAX_SETTINGS_BYTES).is_ok_and(|kept| kept == text) {
         return Ok(());
     }
     let aside = path.with_extension("toml.tmp");
@@ -53,7 +54,7 @@ pub fn load_last_good(
     let settings =
         load_leniently(file).map_or_else(|_| Settings::defaults(), |(settings, _)| settings);
     let path = settings.store.dir.join(FILE_NAME);
-    let Ok(text) = fs::read_to_string(&path) else {
+    let Ok(text) = read_text_up_to(&path, MAX_SETTINGS_BYTES) else {
         return Err(errors);
     };
     let mut layers = ConfigLayers::defaults();

@@ -5,6 +5,7 @@ use super::error::{ConfigError, ConfigProblem};
 use super::layers::{ConfigFile, ConfigLayers};
 use super::settings::Settings;
 use super::value::ConfigValue;
+use crate::bounded_file::{MAX_SETTINGS_BYTES, read_text_up_to};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -110,7 +111,7 @@ fn read_files(file: Option<&Path>) -> ReadFiles {
     let mut layers = ConfigLayers::defaults();
     let mut main_unreadable = false;
     for path in &files {
-        match fs::read_to_string(path) {
+        match read_text_up_to(path, MAX_SETTINGS_BYTES) {
             Ok(text) => {
                 let path = path.clone();
                 errors.extend(layers.add(&ConfigFile { path, text }));

@@ -1,8 +1,10 @@
 //! One service per store: a lock on a file, released by the system when the process ends.
 
 use super::error::ServiceError;
+use rustix::fs::OFlags;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, Write as _};
+use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::Path;
 
 /// Held by whoever may change a store as a whole.
@@ -29,6 +31,7 @@ impl StoreLock {
             .write(true)
             .create(true)
             .truncate(false)
+            .custom_flags(OFlags::NOFOLLOW.bits().cast_signed())
             .open(&path)
             .map_err(unusable)?;
         match file.try_lock() {
@@ -56,6 +59,16 @@ impl StoreLock {
 #[cfg(test)]
 mod tests {
     use super::StoreLock;
+
+    #[test]
+    fn a_link_is_not_followed() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let victim = dir.path().join("victim");
+        std::fs::write(&victim, b"kept").expect("written");
+        std::os::unix::fs::symlink(&victim, dir.path().join("patrold.lock")).expect("a link");
+        assert!(StoreLock::acquire(dir.path()).is_err());
+        assert_eq!(std::fs::read(&victim).expect("there"), b"kept");
+    }
 
     #[test]
     fn the_error_names_the_process_that_holds_the_lock() {

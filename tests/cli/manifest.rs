@@ -154,3 +154,31 @@ fn origins_of_the_command_line_apply_to_pairs_without_their_own() {
     assert_eq!(*own, alone(&[]));
     assert_ne!(bare, own);
 }
+
+#[test]
+fn an_empty_manifest_says_so_and_a_byte_order_mark_is_passed_over() {
+    let dir = clouds::folder();
+    let ran = run(dir.path(), &[]);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    assert!(ran.err.contains("`pairs` is empty"), "{ran:?}");
+    let manifest = json!({"pairs": [pair("same", "then.ply", "then.ply")]});
+    let marked = format!("\u{feff}{manifest}");
+    fs::write(dir.path().join("marked.json"), marked).expect("written");
+    let ran = patrold(dir.path(), &["compare", "--manifest", "marked.json"]);
+    assert_eq!(ran.code, 0, "{ran:?}");
+}
+
+#[test]
+fn no_pair_writes_over_a_cloud_of_another() {
+    let dir = clouds::folder();
+    let before = fs::read(dir.path().join("now.ply")).expect("a cloud");
+    let mut first = pair("first", "then.ply", "again.ply");
+    first["labels_out"] = json!("now.ply");
+    let ran = run(dir.path(), &[first, pair("second", "then.ply", "now.ply")]);
+    let lines = ran.json_lines();
+    let error = lines[0]["error"].as_str().expect("refused");
+    assert!(error.contains("is an input of this command"), "{error}");
+    assert_eq!(lines[1]["verdict"], "changed");
+    let after = fs::read(dir.path().join("now.ply")).expect("still there");
+    assert!(before == after);
+}
