@@ -11,6 +11,7 @@ mod layers;
 mod load;
 mod mount;
 mod reading;
+mod schema;
 mod settings;
 mod template;
 mod toml_text;
@@ -24,6 +25,7 @@ pub use keys::{ConfigKey, KEYS};
 pub use last_good::{keep_last_good, load_last_good};
 pub use layers::{ConfigFile, ConfigLayers, ValueOrigin};
 pub use load::{LoadedConfig, drop_in_folder, load, load_leniently};
+pub use schema::json_schema;
 pub use settings::{
     AlarmConfig, ApiConfig, LaserConfig, LogConfig, MixtureConfig, MountConfig, NoveltyConfig,
     PtuConfig, RobotConfig, Settings, ShapeConfig, StoreConfig, SweepConfig, SweepMode,
