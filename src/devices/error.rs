@@ -232,7 +232,7 @@ impl From<link::LinkError> for PortError {
             E::NotFound { .. } => Self::NoSuchPort(text),
             E::Ambiguous { .. } => Self::Several(text),
             E::Busy { .. } => Self::Busy(text),
-            E::PermissionDenied { .. } => Self::NotPermitted(text),
+            E::PermissionDenied { .. } | E::NoNetwork { .. } => Self::NotPermitted(text),
             E::Disconnected { .. } | E::TimedOut { .. } => Self::Gone(text),
             E::Replay { .. } | E::Io { .. } => Self::Other(text),
         }

@@ -45,6 +45,16 @@ pub enum LinkError {
         /// Path of the port.
         name: String,
     },
+    /// The system refuses this process the network.
+    #[error(
+        "no network for {name} ({detail}): the unit of the service closes it; the drop-in laser-tcp.conf opens it for one address"
+    )]
+    NoNetwork {
+        /// Address.
+        name: String,
+        /// The system's message.
+        detail: String,
+    },
     /// The device, its adapter or the peer has gone; the link must be opened anew.
     #[error("{name} has gone ({detail}): unplugged, powered off, or closed by the other side")]
     Disconnected {
@@ -112,6 +122,8 @@ pub enum ReplayFault {
 
 /// Error numbers of Linux that mean a lost device: EIO, ENXIO, EBADF, ENODEV.
 const DISCONNECT_ERRNOS: [i32; 4] = [5, 6, 9, 19];
+/// Error numbers of Linux by which a sandbox refuses a connection: EPERM (IPAddressDeny=), EAFNOSUPPORT (RestrictAddressFamilies=).
+const NO_NETWORK_ERRNOS: [i32; 2] = [1, 97];
 
 impl LinkError {
     /// Classifies an error of an open or connect.
@@ -137,6 +149,17 @@ impl LinkError {
                 }
             }
             _ => Self::Io { name, source },
+        }
+    }
+
+    /// Classifies an error of a connection by TCP.
+    pub(crate) fn on_connect(address: &str, source: io::Error) -> Self {
+        match source.raw_os_error() {
+            Some(errno) if NO_NETWORK_ERRNOS.contains(&errno) => Self::NoNetwork {
+                name: address.to_owned(),
+                detail: source.to_string(),
+            },
+            _ => Self::on_open(address, source),
         }
     }
 

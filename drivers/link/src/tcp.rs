@@ -19,7 +19,7 @@ impl TcpLink {
     /// Connects to `address` (`host:port`), with `timeout` for each address that it resolves to.
     ///
     /// # Errors
-    /// [`LinkError::NotFound`] if nothing answers there, [`LinkError::Io`] if the name does not resolve or the system refuses.
+    /// [`LinkError::NotFound`] if nothing answers there, [`LinkError::NoNetwork`] in a sandbox, [`LinkError::Io`] if the name does not resolve or the system refuses.
     pub fn connect(address: &str, timeout: Duration) -> Result<Self, LinkError> {
         let resolved = address
             .to_socket_addrs()
@@ -42,7 +42,7 @@ impl TcpLink {
                 Err(e) => last = e,
             }
         }
-        Err(LinkError::on_open(address, last))
+        Err(LinkError::on_connect(address, last))
     }
 }
 
@@ -147,5 +147,20 @@ mod tests {
             TcpLink::connect(&address, LONG),
             Err(LinkError::NotFound { .. })
         ));
+    }
+
+    #[test]
+    fn what_a_sandbox_refuses_names_the_drop_in() {
+        // EPERM, EAFNOSUPPORT; ETIMEDOUT.
+        let text = |errno| {
+            let source = std::io::Error::from_raw_os_error(errno);
+            LinkError::on_connect("192.168.0.10:10940", source).to_string()
+        };
+        for errno in [1, 97] {
+            let text = text(errno);
+            let named = text.contains("192.168.0.10:10940") && text.contains("laser-tcp.conf");
+            assert!(named, "{text}");
+        }
+        assert!(!text(110).contains("laser-tcp.conf"));
     }
 }
