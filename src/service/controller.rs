@@ -5,6 +5,7 @@ use super::constants::JUDGE_LIMIT;
 use super::judgement::{SweepJudgement, judge_sweep};
 use super::logging::LogLevelHandle;
 use super::message::{ClientRequest, ServiceMessage, TeachOptions};
+use super::message_id;
 use super::record_time::record_time_now;
 use super::reference_cache::ReferenceCache;
 use super::replies::{ReloadReply, ServiceReply, StatusReply};
@@ -291,7 +292,7 @@ impl Controller {
                 PatrolAction::Reply(request) => self.reply(&request),
                 PatrolAction::Refuse(request, refusal) => {
                     let (task, waypoint) = (request.task.as_str(), &request.waypoint);
-                    tracing::warn!(WAYPOINT = %waypoint, "{task} {waypoint}: {refusal}");
+                    tracing::warn!(MESSAGE_ID = message_id::REQUEST_REFUSED, WAYPOINT = %waypoint, "{task} {waypoint}: {refusal}");
                     self.teach_options.remove(&request.id);
                     self.send_reply(request.id, ServiceReply::Refused(refusal));
                 }

@@ -1,10 +1,14 @@
 //! Logging: to the journal with fields of its own, or to standard error.
 
 use crate::config::LogConfig;
+use std::fmt::{self, Debug};
 use std::io::{self, IsTerminal as _};
+use tracing::field::Field;
+use tracing_subscriber::fmt as subscriber_fmt;
+use tracing_subscriber::fmt::format::{Writer, debug_fn};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
-use tracing_subscriber::{EnvFilter, Layer as _, Registry, fmt, reload};
+use tracing_subscriber::{EnvFilter, Layer as _, Registry, reload};
 
 /// Changes the log level of the running process.
 #[derive(Debug, Clone)]
@@ -20,7 +24,7 @@ impl LogLevelHandle {
 
 /// Starts logging; `None` where the process has a logger already.
 ///
-/// The journal gets the fields WAYPOINT, VERDICT, D_GMM, ALARM_ID and DEVICE. Colour only on a terminal, and not where
+/// The journal gets the fields MESSAGE_ID, WAYPOINT, VERDICT, D_GMM, ALARM_ID and DEVICE. Colour only on a terminal, and not where
 /// NO_COLOR is set.
 pub(super) fn start(settings: &LogConfig) -> Option<LogLevelHandle> {
     let (filter, handle) = reload::Layer::new(filter(&settings.level));
@@ -46,11 +50,21 @@ type Filtered = tracing_subscriber::layer::Layered<reload::Layer<EnvFilter, Regi
 
 fn to_stderr() -> Box<dyn tracing_subscriber::Layer<Filtered> + Send + Sync> {
     let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
-    fmt::layer()
+    subscriber_fmt::layer()
         .with_writer(io::stderr)
         .with_ansi(!plain && io::stderr().is_terminal())
         .with_target(false)
+        .fmt_fields(debug_fn(write_field))
         .boxed()
+}
+
+/// The message, then the other fields. MESSAGE_ID is for programs that read the journal.
+fn write_field(to: &mut Writer<'_>, field: &Field, value: &dyn Debug) -> fmt::Result {
+    match field.name() {
+        "message" => write!(to, "{value:?}"),
+        "MESSAGE_ID" => Ok(()),
+        name => write!(to, " {name}={value:?}"),
+    }
 }
 
 fn journald() -> io::Result<tracing_journald::Layer> {
@@ -75,7 +89,42 @@ fn wants_journal(to: &str, under_systemd: bool) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::wants_journal;
+    use super::{wants_journal, write_field};
+    use std::io::Write;
+    use std::sync::{Arc, Mutex};
+    use tracing_subscriber::fmt::format::debug_fn;
+
+    #[derive(Clone, Default)]
+    struct Text(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Text {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0.lock().expect("one thread").write(bytes)
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn standard_error_has_every_field_but_the_message_id() {
+        let text = Text::default();
+        let writer = text.clone();
+        let subscriber = tracing_subscriber::fmt()
+            .with_writer(move || writer.clone())
+            .with_ansi(false)
+            .with_target(false)
+            .without_time()
+            .fmt_fields(debug_fn(write_field))
+            .finish();
+        tracing::subscriber::with_default(subscriber, || {
+            tracing::warn!(MESSAGE_ID = "00", WAYPOINT = %"hall", D_GMM = 0.5, "hall: changed");
+        });
+        let bytes = text.0.lock().expect("one thread").clone();
+        let line = String::from_utf8(bytes).expect("text");
+        assert_eq!(line.trim(), "WARN hall: changed WAYPOINT=hall D_GMM=0.5");
+    }
 
     #[test]
     fn auto_follows_systemd() {

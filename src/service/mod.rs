@@ -12,6 +12,7 @@ mod judgement;
 mod lock;
 mod logging;
 mod message;
+mod message_id;
 mod operator;
 mod reading_result;
 mod record_time;

@@ -2,6 +2,7 @@
 
 use super::Controller;
 use crate::service::message::AckRequest;
+use crate::service::message_id;
 use crate::service::record_time::record_time_now;
 use crate::service::replies::AckReply;
 use crate::store::StoreError;
@@ -25,6 +26,7 @@ impl Controller {
                     &record_time_now(),
                 )?;
                 tracing::info!(
+                    MESSAGE_ID = message_id::ALARM_ACKNOWLEDGED,
                     ALARM_ID = alarm.id,
                     "alarm {} acknowledged by {by}",
                     alarm.id

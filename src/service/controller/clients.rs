@@ -3,6 +3,7 @@
 use super::Controller;
 use crate::patrol::event::{PatrolEvent, PatrolRequest};
 use crate::patrol::severity::Severity;
+use crate::service::message_id;
 use crate::service::replies::{ServiceReply, VisitReply};
 
 impl Controller {
@@ -21,7 +22,7 @@ impl Controller {
             ServiceReply::Teach(teach) => {
                 teach.timing_ms.record = spent_ms;
                 let (waypoint, version) = (&teach.waypoint, teach.version);
-                tracing::info!(WAYPOINT = %waypoint, "{waypoint}: reference version {version} taken");
+                tracing::info!(MESSAGE_ID = message_id::REFERENCE_TAKEN, WAYPOINT = %waypoint, "{waypoint}: reference version {version} taken");
             }
             ServiceReply::Sweep(_) | ServiceReply::Refused(_) => {}
         }
@@ -70,26 +71,27 @@ fn log_visit(visit: &VisitReply) {
         // The journal is then the only place that outlives this process: it gets the whole answer.
         let answer = serde_json::to_string(visit).unwrap_or_default();
         tracing::error!(
-            WAYPOINT = %waypoint, VERDICT = %verdict, STORED = false, ANSWER = %answer,
+            MESSAGE_ID = message_id::VISIT_NOT_STORED, WAYPOINT = %waypoint, VERDICT = %verdict, STORED = false, ANSWER = %answer,
             "{waypoint}: {verdict}: {reason}; not stored: {why}"
         );
         return;
     }
     if let Some(why) = &visit.evidence_missing_because {
-        tracing::error!(WAYPOINT = %waypoint, "{waypoint}: the sweep of visit {} is not stored yet: {why}",
+        tracing::error!(MESSAGE_ID = message_id::EVIDENCE_NOT_STORED, WAYPOINT = %waypoint, "{waypoint}: the sweep of visit {} is not stored yet: {why}",
             visit.visit_id.unwrap_or_default());
     }
+    let kind = message_id::of_verdict(verdict);
     match alarm_id {
         Some(id) => {
             let alarms: Vec<String> = visit.alarms.iter().map(ToString::to_string).collect();
             let alarms = alarms.join(", ");
             tracing::warn!(
-                WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm, ALARM_ID = id,
+                WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm, ALARM_ID = id, MESSAGE_ID = kind,
                 "{waypoint}: {verdict}, {alarms}: {reason}"
             );
         }
         None => tracing::info!(
-            WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm,
+            WAYPOINT = %waypoint, VERDICT = %verdict, D_GMM = d_gmm, MESSAGE_ID = kind,
             "{waypoint}: {verdict}: {reason}"
         ),
     }

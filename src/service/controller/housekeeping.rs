@@ -5,6 +5,7 @@ use crate::patrol::machine::DeviceAvailability;
 use crate::patrol::severity::Severity;
 use crate::service::constants::{RETENTION_INTERVAL, UNSEEN_CHECK_INTERVAL};
 use crate::service::message::ServiceMessage;
+use crate::service::message_id;
 use crate::service::record_time::record_time_now;
 use crate::service::replies::{CurrentStatus, DevicesStatus};
 use crate::store::{Retention, StoreError};
@@ -14,10 +15,17 @@ const BYTES_PER_GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 
 impl Controller {
     pub(super) fn log_event(&mut self, severity: Severity, device: &str, text: String) {
+        let kind = message_id::of_event(device);
         match severity {
-            Severity::Info => tracing::info!(DEVICE = device, "{device}: {text}"),
-            Severity::Warning => tracing::warn!(DEVICE = device, "{device}: {text}"),
-            Severity::Error => tracing::error!(DEVICE = device, "{device}: {text}"),
+            Severity::Info => {
+                tracing::info!(MESSAGE_ID = kind, DEVICE = device, "{device}: {text}")
+            }
+            Severity::Warning => {
+                tracing::warn!(MESSAGE_ID = kind, DEVICE = device, "{device}: {text}")
+            }
+            Severity::Error => {
+                tracing::error!(MESSAGE_ID = kind, DEVICE = device, "{device}: {text}")
+            }
         }
         let device = device.to_owned();
         self.services.writer.submit_optional(
