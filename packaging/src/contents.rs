@@ -153,6 +153,7 @@ fn the_unit_closes_what_the_service_does_not_need() {
         ("User", "patrold"),
         ("SupplementaryGroups", "dialout"),
         ("Type", "notify"),
+        ("UMask", "0007"),
         ("Restart", "on-failure"),
     ];
     for (setting, value) in closed {
@@ -188,14 +189,12 @@ fn the_drop_in_opens_the_network_for_one_address() {
     ] {
         assert!(drop_in.lines().any(|l| l == line), "{line}");
     }
-    let allowed = drop_in
+    let allowed: Vec<_> = drop_in
         .lines()
-        .filter_map(|line| line.strip_prefix("IPAddressAllow="));
-    assert!(
-        allowed
-            .into_iter()
-            .all(|address| address.parse::<std::net::IpAddr>().is_ok())
-    );
+        .filter_map(|line| line.strip_prefix("IPAddressAllow="))
+        .map(str::parse::<std::net::IpAddr>)
+        .collect();
+    assert!(matches!(allowed[..], [Ok(_)]), "{allowed:?}");
 }
 
 #[test]
@@ -220,7 +219,7 @@ fn the_exposure_of_the_unit_is_bounded() {
         );
         return;
     };
-    println!("exposure {exposure}");
+    eprintln!("exposure {exposure}");
     assert!(exposure <= MAX_EXPOSURE, "{exposure}");
 }
 

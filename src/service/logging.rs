@@ -90,26 +90,12 @@ fn wants_journal(to: &str, under_systemd: bool) -> bool {
 #[cfg(test)]
 mod tests {
     use super::{wants_journal, write_field};
-    use std::io::Write;
-    use std::sync::{Arc, Mutex};
+    use crate::service::captured_log::LogText;
     use tracing_subscriber::fmt::format::debug_fn;
-
-    #[derive(Clone, Default)]
-    struct Text(Arc<Mutex<Vec<u8>>>);
-
-    impl Write for Text {
-        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-            self.0.lock().expect("one thread").write(bytes)
-        }
-
-        fn flush(&mut self) -> std::io::Result<()> {
-            Ok(())
-        }
-    }
 
     #[test]
     fn standard_error_has_every_field_but_the_message_id() {
-        let text = Text::default();
+        let text = LogText::default();
         let writer = text.clone();
         let subscriber = tracing_subscriber::fmt()
             .with_writer(move || writer.clone())
@@ -121,9 +107,10 @@ mod tests {
         tracing::subscriber::with_default(subscriber, || {
             tracing::warn!(MESSAGE_ID = "00", WAYPOINT = %"hall", D_GMM = 0.5, "hall: changed");
         });
-        let bytes = text.0.lock().expect("one thread").clone();
-        let line = String::from_utf8(bytes).expect("text");
-        assert_eq!(line.trim(), "WARN hall: changed WAYPOINT=hall D_GMM=0.5");
+        assert_eq!(
+            text.text().trim(),
+            "WARN hall: changed WAYPOINT=hall D_GMM=0.5"
+        );
     }
 
     #[test]

@@ -4,6 +4,8 @@ mod active_request;
 mod api;
 mod api_reply;
 mod api_state;
+#[cfg(test)]
+mod captured_log;
 mod constants;
 mod controller;
 mod database_check;

@@ -96,3 +96,75 @@ fn log_visit(visit: &VisitReply) {
         ),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::log_visit;
+    use crate::service::captured_log::captured;
+    use crate::service::message_id;
+    use crate::service::replies::{AlarmReply, StepTiming, VisitReply};
+
+    fn visit(verdict: &str) -> VisitReply {
+        VisitReply {
+            waypoint: "hall".to_owned(),
+            verdict: verdict.to_owned(),
+            reason: "because".to_owned(),
+            visit_id: Some(3),
+            stored: true,
+            not_stored_because: None,
+            evidence_missing_because: None,
+            alarm: None,
+            alarms: Vec::new(),
+            cleared: Vec::new(),
+            d_gmm: Some(0.5),
+            u_th: 0.1,
+            pose_correction: None,
+            reference_version: 1,
+            frame: "hall/1".to_owned(),
+            novelties: Vec::new(),
+            sweep: None,
+            timing_ms: StepTiming::default(),
+        }
+    }
+
+    fn kinds(visit: &VisitReply) -> Vec<String> {
+        let log = captured(|| log_visit(visit));
+        let kind = |line: &str| Some(line.split_once("MESSAGE_ID=\"")?.1[..32].to_owned());
+        log.lines().filter_map(kind).collect()
+    }
+
+    #[test]
+    fn a_visit_is_logged_under_the_kind_of_its_verdict() {
+        assert_eq!(kinds(&visit("quiet")), [message_id::VISIT_QUIET]);
+        assert_eq!(
+            kinds(&visit("not_observed")),
+            [message_id::VISIT_NOT_OBSERVED]
+        );
+        let changed = VisitReply {
+            alarm: Some(AlarmReply {
+                id: 9,
+                raised: true,
+            }),
+            ..visit("changed")
+        };
+        assert_eq!(kinds(&changed), [message_id::VISIT_CHANGED]);
+    }
+
+    #[test]
+    fn what_the_disk_did_not_take_has_kinds_of_its_own() {
+        let reason = || Some("no space".to_owned());
+        let unstored = VisitReply {
+            not_stored_because: reason(),
+            ..visit("changed")
+        };
+        assert_eq!(kinds(&unstored), [message_id::VISIT_NOT_STORED]);
+        let without_evidence = VisitReply {
+            evidence_missing_because: reason(),
+            ..visit("quiet")
+        };
+        assert_eq!(
+            kinds(&without_evidence),
+            [message_id::EVIDENCE_NOT_STORED, message_id::VISIT_QUIET]
+        );
+    }
+}

@@ -15,18 +15,7 @@ const BYTES_PER_GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 
 impl Controller {
     pub(super) fn log_event(&mut self, severity: Severity, device: &str, text: String) {
-        let kind = message_id::of_event(device);
-        match severity {
-            Severity::Info => {
-                tracing::info!(MESSAGE_ID = kind, DEVICE = device, "{device}: {text}")
-            }
-            Severity::Warning => {
-                tracing::warn!(MESSAGE_ID = kind, DEVICE = device, "{device}: {text}")
-            }
-            Severity::Error => {
-                tracing::error!(MESSAGE_ID = kind, DEVICE = device, "{device}: {text}")
-            }
-        }
+        write_to_log(severity, device, &text);
         let device = device.to_owned();
         self.services.writer.submit_optional(
             move |ledger| {
@@ -166,8 +155,49 @@ impl Controller {
     }
 }
 
+fn write_to_log(severity: Severity, device: &str, text: &str) {
+    let kind = message_id::of_event(device);
+    match severity {
+        Severity::Info => {
+            tracing::info!(MESSAGE_ID = kind, DEVICE = device, "{device}: {text}")
+        }
+        Severity::Warning => {
+            tracing::warn!(MESSAGE_ID = kind, DEVICE = device, "{device}: {text}")
+        }
+        Severity::Error => {
+            tracing::error!(MESSAGE_ID = kind, DEVICE = device, "{device}: {text}")
+        }
+    }
+}
+
 fn report_unwritten_health(written: Result<(), StoreError>) {
     if let Err(error) = written {
         tracing::error!("health incident not written to the store: {error}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::write_to_log;
+    use crate::patrol::severity::Severity;
+    use crate::service::captured_log::captured;
+    use crate::service::message_id;
+
+    #[test]
+    fn every_event_has_its_kind_at_every_severity() {
+        for device in ["laser", "store", "service"] {
+            let kind = format!("MESSAGE_ID=\"{}\"", message_id::of_event(device));
+            for (severity, level) in [
+                (Severity::Info, "INFO"),
+                (Severity::Warning, "WARN"),
+                (Severity::Error, "ERROR"),
+            ] {
+                let line = captured(|| write_to_log(severity, device, "away"));
+                let text = format!("{device}: away");
+                for part in [level, &kind, &text] {
+                    assert!(line.contains(part), "{line}");
+                }
+            }
+        }
     }
 }
