@@ -3,14 +3,13 @@
 use super::kit::{novelty_at, raised, stamp, teach, visit};
 use patrold::alarm::Relation;
 use patrold::store::{
-    AlarmFilter, AlarmRow, FloorPlace, NearFilter, NewReference, NewVisit, ReferenceFrame, Store,
-    StoreError, SweepRecord, ThingFilter, VisitOutcome,
+    AlarmFilter, AlarmRow, FloorPlace, NearFilter, NewVisit, Store, ThingFilter, VisitOutcome,
 };
 use patrold_engine::novelty::{PlaceView, Verdict};
 use patrold_engine::report::{NoveltyRecord, ShapeRecord};
 
 /// A box of this width, in metres; its height is 1 m.
-fn thing(x: f64, width: f64) -> NoveltyRecord {
+pub(crate) fn thing(x: f64, width: f64) -> NoveltyRecord {
     let variances = [width * width / 12.0, 0.02, 1.0 / 12.0];
     NoveltyRecord {
         covariance: [0, 1, 2]
@@ -62,7 +61,12 @@ fn record(store: &mut Store, verdict: Verdict, of: &Visit<'_>) -> VisitOutcome {
         .expect("recorded")
 }
 
-fn changed(store: &mut Store, waypoint: &str, seen: &[NoveltyRecord], second: i64) -> VisitOutcome {
+pub(crate) fn changed(
+    store: &mut Store,
+    waypoint: &str,
+    seen: &[NoveltyRecord],
+    second: i64,
+) -> VisitOutcome {
     let places: Vec<(i64, PlaceView)> = store
         .incidents(waypoint)
         .expect("incidents")
@@ -78,22 +82,22 @@ fn changed(store: &mut Store, waypoint: &str, seen: &[NoveltyRecord], second: i6
     record(store, Verdict::Changed, &of)
 }
 
-fn relations(outcome: &VisitOutcome) -> Vec<(i64, Relation, usize)> {
+pub(crate) fn relations(outcome: &VisitOutcome) -> Vec<(i64, Relation, usize)> {
     let alarms = outcome.effects.alarms.iter();
     alarms.map(|a| (a.id, a.relation, a.position)).collect()
 }
 
-fn states(store: &Store) -> Vec<(i64, String)> {
+pub(crate) fn states(store: &Store) -> Vec<(i64, String)> {
     let rows = store.alarms(&AlarmFilter::default()).expect("alarms");
     rows.into_iter().rev().map(|a| (a.id, a.state)).collect()
 }
 
-fn unchanged(store: &Store, id: i64, before: &AlarmRow) {
+pub(crate) fn unchanged(store: &Store, id: i64, before: &AlarmRow) {
     assert_eq!(&store.alarm(id).expect("alarm"), before);
 }
 
 /// The hall with alarms 1 (0.4 m wide, at 1 m) and 2 (0.9 m, at 4 m), the dock with 3 (0.4 m, at 1 m).
-fn two_waypoints() -> (tempfile::TempDir, Store) {
+pub(crate) fn two_waypoints() -> (tempfile::TempDir, Store) {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");
     teach(&mut store, "hall", 0);
@@ -287,95 +291,6 @@ fn visits_of_things_are_evidence_and_others_are_not() {
         .expect("retention");
     assert!(store.visit(quiet.visit_id).is_err());
     assert!(store.visit(seen.visit_id).is_ok());
-}
-
-#[test]
-fn a_teach_over_standing_alarms_or_by_a_slip_of_the_pen_is_refused() {
-    let (_dir, store) = two_waypoints();
-    let refused = |name, accept: &[i64], new| {
-        let refused = store.check_teach(name, accept, new);
-        refused.expect_err("refused").to_string()
-    };
-    let standing = refused("hall", &[1], false);
-    assert!(
-        standing.starts_with("hall: alarm 2 is not cleared") && standing.contains("--accept 2"),
-        "{standing}"
-    );
-    let other = refused("hall", &[1, 2, 3], true);
-    assert!(
-        other.starts_with("alarm 3 cannot be accepted: it does not stand at hall"),
-        "{other}"
-    );
-    store.check_teach("hall", &[2, 1], false).expect("accepted");
-    store.check_teach("dock", &[3], false).expect("its own");
-    for (name, like) in [
-        ("hal", "hall"),
-        ("halle", "hall"),
-        ("Hall2", "hall"),
-        ("doc", "dock"),
-    ] {
-        let text = refused(name, &[], false);
-        assert!(text.contains(&format!("but \"{like}\"")), "{text}");
-        store.check_teach(name, &[], true).expect("new");
-    }
-    store
-        .check_teach("ballon", &[], false)
-        .expect("three letters");
-}
-
-#[test]
-fn an_accepted_alarm_leaves_the_others_and_their_frame() {
-    let (_dir, mut store) = two_waypoints();
-    let dock = store.alarm(3).expect("alarm");
-    let version = teach_with(&mut store, &[1], ReferenceFrame::Version(1)).expect("accepted");
-    assert_eq!(version, 2);
-    let states = states(&store);
-    assert_eq!(states[0], (1, "cleared".to_owned()));
-    assert_eq!(states[1], (2, "open".to_owned()));
-    let reference = store.reference("hall").expect("reference");
-    assert_eq!((reference.version, reference.frame_version), (2, 1));
-    let again = changed(&mut store, "hall", &[thing(4.0, 0.9)], 70);
-    assert_eq!(
-        relations(&again),
-        [(2, Relation::Seen, 0)],
-        "in the same frame"
-    );
-    unchanged(&store, 3, &dock);
-    let refused = teach_with(&mut store, &[], ReferenceFrame::Own).expect_err("alarm 2 stands");
-    assert!(
-        matches!(refused, StoreError::StandingAlarms { .. }),
-        "{refused}"
-    );
-    let refused = teach_with(&mut store, &[3], ReferenceFrame::Version(1)).expect_err("elsewhere");
-    assert!(
-        matches!(refused, StoreError::NotAcceptable { id: 3, .. }),
-        "{refused}"
-    );
-    assert_eq!(store.reference("hall").expect("reference").version, 2);
-}
-
-fn teach_with(
-    store: &mut Store,
-    accepted: &[i64],
-    frame: ReferenceFrame,
-) -> Result<i64, StoreError> {
-    let view = super::kit::view(1.0);
-    let new = NewReference {
-        waypoint: "hall",
-        sweep: SweepRecord {
-            dialogue: None,
-            view: Some(&view),
-            raw: None,
-            quality: "{}",
-        },
-        mixture: &super::kit::mixture(),
-        model: super::kit::MODEL,
-        engine: "{}",
-        seed: 7,
-        accepted,
-        frame,
-    };
-    store.teach(&new, &stamp(60))
 }
 
 /// As many things that are gone as are compared with what a visit sees (`src/store/alarms/incidents.rs`).

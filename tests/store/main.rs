@@ -21,5 +21,7 @@ mod log;
 mod mixtures;
 mod records;
 mod retention;
+mod space;
+mod teaching;
 mod untouched_rows;
 mod upgrade;
