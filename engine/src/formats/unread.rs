@@ -36,7 +36,7 @@ const BY_EXTENSION: [(&str, &str); 11] = [
     ("mcap", "MCAP"),
     ("npy", "NumPy"),
 ];
-/// Bytes at the start of a file in which a zero byte tells that it is no text.
+/// A file with a zero byte among this many at its start is binary.
 const TEXT_SAMPLE: usize = 1024;
 
 /// The error for `bytes` that begin like a file of another format.

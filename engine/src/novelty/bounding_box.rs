@@ -1,6 +1,6 @@
 //! Box along the axes around points.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, center};
 
 /// The smallest box along the axes that holds some points.
 #[derive(Debug, Clone, Copy)]
@@ -33,6 +33,11 @@ impl BoundingBox {
         (self.high - self.low).norm()
     }
 
+    /// Its centre.
+    pub(super) fn centre(&self) -> Point3<f64> {
+        center(&self.low, &self.high)
+    }
+
     /// Distance between it and `other`, metres: that of their points is not smaller.
     pub(super) fn gap_m(&self, other: &Self) -> f64 {
         let apart = (other.low - self.high).sup(&(self.low - other.high));
@@ -49,6 +54,7 @@ mod tests {
     fn a_box_knows_its_size_and_its_distance_to_another() {
         let near = BoundingBox::new([Point3::new(1.0, 5.0, -1.0), Point3::new(-2.0, 1.0, 11.0)]);
         assert_eq!(near.diagonal_m(), 13.0);
+        assert_eq!(near.centre(), Point3::new(-0.5, 3.0, 5.0));
         let far = BoundingBox::new([Point3::new(4.0, 9.0, 0.0), Point3::new(5.0, 10.0, 1.0)]);
         assert_eq!((near.gap_m(&far), far.gap_m(&near)), (5.0, 5.0));
         let inside = BoundingBox::new([Point3::new(0.0, 2.0, 0.0)]);

@@ -66,10 +66,10 @@ pub(super) const MAX_PLANS: usize = 256;
 /// none nearer than half a spacing, and a lost return leaves one and a half.
 pub(super) const SILHOUETTE_SPACINGS: f64 = 1.5;
 
-/// Points that tell whether a view is plausible: comparing each with each takes some 20 ms.
+/// Points of a view that are compared with each other to see whether its origin is plausible, at most: 16 million pairs.
 pub(super) const PLAUSIBILITY_SAMPLES: usize = 4096;
-/// Diagonal of the middle of a view above which its unit is asked for, metres: no laser of a robot sees a kilometre, and a room
-/// of a metre has a thousand millimetres.
+/// Diagonal of the middle of a view above which it is refused, metres: the lasers of robots measure up to some hundred metres, and
+/// a room of a few metres in millimetres has thousands.
 pub(super) const MAX_SPREAD_M: f64 = 1000.0;
 /// A sensor this share of that diagonal outside is asked whether it looks through the cloud. The recordings have up to a
 /// sixth.

@@ -44,7 +44,7 @@ fn points<'a>(
 }
 
 /// Distance between nearby points of `a` and `b`, metres, if no beam between them passed the line from one to the other and
-/// at least one met something in front of it. None otherwise. A beam that did not come back tells nothing.
+/// at least one met something in front of it. None otherwise. Beams without a return are ignored.
 fn gap_behind_something_m(own: &PreparedView, a: &Segment, b: &Segment) -> Option<f64> {
     let [start, end] = nearby_points(own, a, b)?;
     let [from, to] = [start, end].map(|p| p - own.rays.origin());

@@ -1,6 +1,7 @@
 //! Whether a view can be what a sensor saw from where it is said to have stood, in metres.
 
 use super::NoveltyError;
+use super::bounding_box::BoundingBox;
 use super::constants::{
     HIDDEN_DEPTH_SHARE, LAYER_NEIGHBOURS, MAX_HIDDEN_SHARE, MAX_SPREAD_M, MIN_OUTSIDE_SHARE,
     PLAUSIBILITY_SAMPLES,
@@ -8,37 +9,16 @@ use super::constants::{
 use crate::geometry::View;
 use nalgebra::{Point3, Vector3};
 
-/// The middle part of a cloud, which outliers do not move.
-struct MiddleBox {
-    low: Point3<f64>,
-    high: Point3<f64>,
-}
-
-impl MiddleBox {
-    /// Between the first and the last hundredth of `points` along each axis.
-    fn new(points: &[Point3<f64>]) -> Self {
-        let quantile = |axis: usize, share: f64| {
-            let mut along: Vec<f64> = points.iter().map(|p| p[axis]).collect();
-            let at = (share * along.len() as f64) as usize;
-            let at = at.min(along.len().saturating_sub(1));
-            *along.select_nth_unstable_by(at, f64::total_cmp).1
-        };
-        let corner = |share| Point3::from([0, 1, 2].map(|axis| quantile(axis, share)));
-        Self {
-            low: corner(0.01),
-            high: corner(0.99),
-        }
-    }
-
-    fn diagonal_m(&self) -> f64 {
-        (self.high - self.low).norm()
-    }
-
-    /// Distance of `p` from it, metres.
-    fn distance_m(&self, p: &Point3<f64>) -> f64 {
-        let outside = (self.low - p).sup(&(p - self.high));
-        outside.map(|along| along.max(0.0)).norm()
-    }
+/// The box between the first and the last hundredth of `points` along each axis: outliers do not move it.
+fn middle_box(points: &[Point3<f64>]) -> BoundingBox {
+    let quantile = |axis: usize, share: f64| {
+        let mut along: Vec<f64> = points.iter().map(|p| p[axis]).collect();
+        let at = (share * along.len() as f64) as usize;
+        let at = at.min(along.len().saturating_sub(1));
+        *along.select_nth_unstable_by(at, f64::total_cmp).1
+    };
+    let corner = |share| Point3::from([0, 1, 2].map(|axis| quantile(axis, share)));
+    BoundingBox::new([corner(0.01), corner(0.99)])
 }
 
 /// Refuses a view, called `name`, that can be no sensor's in metres. `view` has at least one point, all finite.
@@ -48,12 +28,12 @@ impl MiddleBox {
 pub(super) fn check_plausible(view: &View, name: &'static str) -> Result<(), NoveltyError> {
     let step = view.points.len().div_ceil(PLAUSIBILITY_SAMPLES).max(1);
     let sample: Vec<Point3<f64>> = view.points.iter().step_by(step).copied().collect();
-    let middle = MiddleBox::new(&sample);
+    let middle = middle_box(&sample);
     let spread_m = middle.diagonal_m();
     if spread_m > MAX_SPREAD_M {
         return Err(NoveltyError::Spread { name, spread_m });
     }
-    let outside_m = middle.distance_m(&view.origin);
+    let outside_m = middle.gap_m(&BoundingBox::new([view.origin]));
     if outside_m > MIN_OUTSIDE_SHARE * spread_m
         && hidden_share(&sample, &view.origin, HIDDEN_DEPTH_SHARE * spread_m) > MAX_HIDDEN_SHARE
     {
@@ -61,7 +41,7 @@ pub(super) fn check_plausible(view: &View, name: &'static str) -> Result<(), Nov
             name,
             origin: view.origin.into(),
             outside_m,
-            middle: nalgebra::center(&middle.low, &middle.high).into(),
+            middle: middle.centre().into(),
         });
     }
     Ok(())
