@@ -182,10 +182,16 @@ fn moving_polls(polls: &[PositionPoll]) -> &[PositionPoll] {
         .iter()
         .rposition(|p| p.tilt_steps == first.tilt_steps)
         .map_or(0, |i| i + 1);
-    let end = polls
-        .iter()
-        .position(|p| p.tilt_steps == last.tilt_steps)
-        .unwrap_or(polls.len());
+    // A head that overshoots comes back: it has arrived where it first reaches the end.
+    let upwards = last.tilt_steps >= first.tilt_steps;
+    let has_arrived = |p: &PositionPoll| {
+        if upwards {
+            p.tilt_steps >= last.tilt_steps
+        } else {
+            p.tilt_steps <= last.tilt_steps
+        }
+    };
+    let end = polls.iter().position(has_arrived).unwrap_or(polls.len());
     polls.get(begin..end).unwrap_or(&[])
 }
 
@@ -211,6 +217,19 @@ mod tests {
 
     fn sweep(at_s: f64) -> f64 {
         (100.0 + 97.0 * (at_s - 1.0)).clamp(100.0, 1000.0)
+    }
+
+    /// 30 counts over the end within a tenth of a second, and back.
+    #[test]
+    fn a_head_that_overshoots_the_end_has_followed_the_motion() {
+        let end_s = 1.0 + 900.0 / 97.0;
+        let overshoot = |at_s: f64| (30.0 - 300.0 * (at_s - end_s - 0.1).abs()).max(0.0);
+        for sign in [1.0, -1.0] {
+            let counts = |at_s: f64| sign * (sweep(at_s) + overshoot(at_s));
+            let motion = TiltMotion::fit(&polls(counts), sign * 97.0).expect("a motion");
+            assert!((motion.speed_steps_s - sign * 97.0).abs() < 1e-9);
+            assert!(motion.residual_steps < 1.5, "{motion:?}");
+        }
     }
 
     #[test]
