@@ -141,16 +141,16 @@ pub const KEYS: &[ConfigKey] = &[
     key(
         "ptu.suspect_pan_deg",
         Float(0.1, 180.0),
-        "0.4",
+        "3.0",
         "deg",
-        "Pan rotation against the reference above which the head is homed and the place swept again, because steps may be lost. Raise it for a robot that often stops rotated by more: each such visit takes two sweeps.",
+        "Pan rotation of a view against the reference from which the head may have lost steps, as long as the robot's own errors are not known; afterwards it is three of their standard deviations. The head is then homed at the next idle moment.",
     ),
     key(
         "ptu.suspect_tilt_deg",
         Float(0.1, 90.0),
         "0.4",
         "deg",
-        "The same for tilt. Raise it where an uneven floor tilts the robot now and then.",
+        "The same for tilt; a sweep of several pans is taken again at once. Raise it where an uneven floor tilts the robot now and then.",
     ),
     key(
         "mount.pan_axis_xyz_m",

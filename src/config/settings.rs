@@ -75,7 +75,7 @@ pub struct PtuConfig {
     pub tilt_backlash_rad: f64,
     /// Home when connecting.
     pub home_at_start: bool,
-    /// Pan rotation against the reference above which lost steps are suspected, radians.
+    /// Pan rotation of one view against the reference from which steps may be lost, before the robot's errors are known, radians.
     pub suspect_pan_rad: f64,
     /// The same for tilt, radians.
     pub suspect_tilt_rad: f64,

@@ -1,12 +1,12 @@
-//! The state of both devices, from their messages: identities, errors, and whether the head's position is trusted.
+//! The state of both devices, from their messages: identities and errors. What happens to the head is handed to
+//! [`PositionTrust`].
 
 use super::device_links::PortMessage;
 use super::error::{Device, DeviceError};
 use super::head::HeadEvent;
-use super::head_memory::HeadMemory;
 use super::port::PortEvent;
 use super::port_config::PortConfig;
-use super::power_marker::PowerMarker;
+use super::position_trust::{PositionTrust, TrustEvent};
 use crate::patrol::severity::Severity;
 use ptu::HeadIdentity;
 use scip::LaserIdentity;
@@ -31,26 +31,18 @@ pub(crate) struct DeviceState {
     laser_error: Option<DeviceError>,
     head_error: Option<DeviceError>,
     ports: (String, String),
-    /// Why the head's position is not trusted; `None`: trusted.
-    untrusted_because: Option<&'static str>,
     /// Trust the position at the first connection without homing.
     trust_as_found: bool,
-    /// The position was trusted when the port was lost, and no later event made it wrong.
-    trusted_when_lost: bool,
-    power_marker: PowerMarker,
-    memory: HeadMemory,
+    trust: PositionTrust,
     notes: Sender<DeviceNote>,
 }
-
-const LIMITS_MOVED: &str =
-    "its limits moved with the calibration: check whether something is in its way";
 
 impl DeviceState {
     pub(super) fn new(
         laser: &PortConfig,
         head: &PortConfig,
         home_at_start: bool,
-        memory: HeadMemory,
+        trust: PositionTrust,
         notes: Sender<DeviceNote>,
     ) -> Self {
         Self {
@@ -59,11 +51,8 @@ impl DeviceState {
             laser_error: None,
             head_error: None,
             ports: (laser.name.clone(), head.name.clone()),
-            untrusted_because: Some("not homed since it was connected"),
             trust_as_found: !home_at_start,
-            trusted_when_lost: false,
-            power_marker: PowerMarker::default(),
-            memory,
+            trust,
             notes,
         }
     }
@@ -102,11 +91,32 @@ impl DeviceState {
     }
 
     pub(super) fn is_position_trusted(&self) -> bool {
-        self.head.is_some() && self.untrusted_because.is_none()
+        self.head.is_some() && self.trust.is_trusted()
     }
 
     pub(super) fn distrust_reason(&self) -> &'static str {
-        self.untrusted_because.unwrap_or("it is not connected")
+        self.trust.reason()
+    }
+
+    /// The position is unknown until the calibration ends.
+    pub(super) fn homing_started(&self) {
+        self.trust.note(TrustEvent::HomingStarted);
+    }
+
+    /// Nobody watches the head from now on.
+    pub(super) fn closed(&self, was_open: bool) {
+        self.trust.note(TrustEvent::StationClosed { was_open });
+    }
+
+    /// Counts are no angles until the next calibration.
+    pub(super) fn contradict(&self, why: &'static str) {
+        self.trust.note(TrustEvent::Contradicted(why));
+        self.warn_of_distrust();
+    }
+
+    fn warn_of_distrust(&self) {
+        let text = format!("position not trusted: {}", self.trust.reason());
+        self.warn(Device::Head, text);
     }
 
     pub(super) fn warn(&self, device: Device, text: String) {
@@ -130,11 +140,8 @@ impl DeviceState {
                 self.laser_error = Some(error.clone());
             }
             PortMessage::Head(PortEvent::Lost { error, retry_in }) => {
-                if self.head.take().is_some() {
-                    self.trusted_when_lost = self.untrusted_because.is_none();
-                    self.memory.set_doubted();
-                }
-                self.untrusted_because = Some("its port was lost");
+                self.head = None;
+                self.trust.note(TrustEvent::PortLost);
                 self.send_lost_note(Device::Head, error, retry_in.as_secs_f64());
                 self.head_error = Some(error.clone());
             }
@@ -164,54 +171,39 @@ impl DeviceState {
             E::Connected(identity) => {
                 let text = format!("{} on {}", identity.version, self.ports.1);
                 self.send_note(Device::Head, Severity::Info, text);
-                let first =
-                    std::mem::take(&mut self.trust_as_found) && self.memory.may_trust_as_found();
-                let limits_unchanged = self.memory.limits_unchanged(identity);
-                let kept_power = self.power_marker.is_intact(identity);
-                if !kept_power {
-                    self.power_marker = PowerMarker::new(identity);
-                }
-                let still_trusted =
-                    std::mem::take(&mut self.trusted_when_lost) && kept_power && limits_unchanged;
+                let was_out_of_sight = self.trust.is_out_of_sight();
+                let was_trusted = was_out_of_sight || self.trust.is_trusted();
+                self.trust.connected(identity, self.trust_as_found);
                 self.head = Some((**identity).clone());
                 self.head_error = None;
-                match (identity.calibration_seen, limits_unchanged) {
-                    (true, true) => self.trust_position(),
-                    (true, false) => self.distrust_position(LIMITS_MOVED),
-                    (false, _) if still_trusted => {
-                        self.trust_position();
-                        let text = "kept its power; its position is trusted".to_owned();
-                        self.send_note(Device::Head, Severity::Info, text);
-                    }
-                    (false, _) if first => self.untrusted_because = None,
-                    (false, _) => {}
+                let is_trusted = self.trust.is_trusted();
+                if !is_trusted && (was_trusted || identity.calibration_seen) {
+                    self.warn_of_distrust();
+                }
+                if was_out_of_sight && is_trusted {
+                    let text = "kept its power; its position is trusted".to_owned();
+                    self.send_note(Device::Head, Severity::Info, text);
                 }
             }
             E::HomeDone { pan, tilt } => {
                 if let Some(head) = &mut self.head {
                     (head.pan.limits, head.tilt.limits) = (*pan, *tilt);
                 }
-                if self
-                    .head
-                    .as_ref()
-                    .is_none_or(|h| self.memory.limits_unchanged(h))
-                {
-                    self.trust_position();
+                self.trust.home_done(self.head.as_ref());
+                if self.trust.is_trusted() {
                     self.send_note(Device::Head, Severity::Info, "homed".to_owned());
                 } else {
-                    self.distrust_position(LIMITS_MOVED);
+                    self.warn_of_distrust();
                 }
             }
-            E::SpeedSet { axis, steps_per_s } => {
-                self.power_marker.record_speed(*axis, *steps_per_s)
-            }
-            E::LimitHit(_) => self.distrust_position("an axis ran into its limit"),
-            E::CableLost => self.distrust_position("the cable to the head came off"),
+            E::SpeedSet { axis, steps_per_s } => self.trust.record_speed(*axis, *steps_per_s),
+            E::LimitHit(_) => self.contradict("an axis ran into its limit"),
+            E::CableLost => self.contradict("the cable to the head came off"),
             E::EchoReturned | E::VerboseReturned | E::Restarted => {
                 self.head = None;
-                self.distrust_position("the unit restarted in between");
+                self.contradict("the unit restarted in between");
             }
-            E::Fault(_) => self.distrust_position("its calibration failed"),
+            E::Fault(_) => self.contradict("its calibration failed"),
             _ => {}
         }
     }
@@ -220,27 +212,7 @@ impl DeviceState {
     pub(super) fn marker_speeds(&self) -> Option<[i32; 2]> {
         self.head
             .as_ref()
-            .map(|head| self.power_marker.marker_speeds(head))
-    }
-
-    fn trust_position(&mut self) {
-        self.untrusted_because = None;
-        self.memory.clear_doubt();
-    }
-
-    /// The position is unknown until the calibration ends.
-    pub(super) fn homing_started(&mut self) {
-        self.untrusted_because = Some("its calibration did not end");
-        self.trusted_when_lost = false;
-        self.memory.set_doubted();
-    }
-
-    /// The position is not trusted until the next calibration; the next station does not trust it either.
-    pub(super) fn distrust_position(&mut self, why: &'static str) {
-        self.memory.set_doubted();
-        self.trusted_when_lost = false;
-        self.untrusted_because = Some(why);
-        self.warn(Device::Head, format!("position not trusted: {why}"));
+            .map(|head| self.trust.marker_speeds(head))
     }
 
     fn send_lost_note(&self, device: Device, error: &DeviceError, retry_s: f64) {
@@ -262,15 +234,15 @@ mod tests {
     use super::{DeviceState, PortMessage};
     use crate::devices::error::{Device, DeviceError};
     use crate::devices::head::HeadEvent;
-    use crate::devices::head_memory::HeadMemory;
     use crate::devices::lockstep::rig::TestRig;
     use crate::devices::port::PortEvent;
     use crate::devices::port_config::PortConfig;
+    use crate::devices::position_trust::PositionTrust;
     use ptu::{Axis, HeadIdentity, PtuEvent};
     use std::sync::mpsc;
     use std::time::Duration;
 
-    fn state_with(memory: &HeadMemory) -> DeviceState {
+    fn state_with(trust: &PositionTrust) -> DeviceState {
         let port = |device| PortConfig {
             device,
             name: format!("/dev/{device}"),
@@ -278,7 +250,7 @@ mod tests {
             unit: None,
         };
         let (laser, head) = (port(Device::Laser), port(Device::Head));
-        DeviceState::new(&laser, &head, false, memory.clone(), mpsc::channel().0)
+        DeviceState::new(&laser, &head, false, trust.clone(), mpsc::channel().0)
     }
 
     fn unit() -> HeadIdentity {
@@ -311,13 +283,13 @@ mod tests {
             PtuEvent::CableLost,
             PtuEvent::Restarted,
         ] {
-            let memory = HeadMemory::default();
-            let mut first = state_with(&memory);
+            let trust = PositionTrust::default();
+            let mut first = state_with(&trust);
             receive(&mut first, connected(&unit));
             assert!(first.is_position_trusted(), "trusted as found");
             receive(&mut first, event.clone());
             drop(first);
-            let mut second = state_with(&memory);
+            let mut second = state_with(&trust);
             receive(&mut second, connected(&unit));
             assert!(!second.is_position_trusted(), "{event:?}");
             receive(&mut second, home_done(&unit));
@@ -333,23 +305,23 @@ mod tests {
             error,
             retry_in: Duration::ZERO,
         });
-        let memory = HeadMemory::default();
-        let mut absent = state_with(&memory);
+        let trust = PositionTrust::default();
+        let mut absent = state_with(&trust);
         absent.handle_message(&lost);
-        let mut first = state_with(&memory);
+        let mut first = state_with(&trust);
         receive(&mut first, connected(&unit));
         assert!(
             first.is_position_trusted(),
             "a port that was never open changes nothing"
         );
         first.handle_message(&lost);
-        let mut second = state_with(&memory);
+        let mut second = state_with(&trust);
         receive(&mut second, connected(&unit));
         assert!(!second.is_position_trusted());
 
-        let memory = HeadMemory::default();
-        state_with(&memory).homing_started();
-        let mut second = state_with(&memory);
+        let trust = PositionTrust::default();
+        state_with(&trust).homing_started();
+        let mut second = state_with(&trust);
         receive(&mut second, connected(&unit));
         assert!(!second.is_position_trusted());
     }
@@ -363,8 +335,8 @@ mod tests {
         let unit = unit();
         let mut kept = unit.clone();
         for limit_hit in [false, true] {
-            let memory = HeadMemory::default();
-            let mut state = state_with(&memory);
+            let trust = PositionTrust::default();
+            let mut state = state_with(&trust);
             receive(&mut state, connected(&unit));
             let [pan, tilt] = state.marker_speeds().expect("connected");
             for (axis, steps_per_s) in [(Axis::Pan, pan), (Axis::Tilt, tilt)] {
@@ -375,11 +347,11 @@ mod tests {
                 receive(&mut state, PtuEvent::LimitHit(Axis::Pan));
             }
             state.handle_message(&lost);
-            assert!(!state.is_position_trusted() && memory.is_doubted());
+            assert!(!state.is_position_trusted() && !trust.is_trusted());
             receive(&mut state, connected(&kept));
             assert_eq!(
-                (state.is_position_trusted(), memory.is_doubted()),
-                (!limit_hit, limit_hit)
+                (state.is_position_trusted(), trust.is_trusted()),
+                (!limit_hit, !limit_hit)
             );
             state.handle_message(&lost);
             receive(&mut state, connected(&unit));
@@ -392,16 +364,25 @@ mod tests {
     #[test]
     fn only_the_first_station_trusts_the_head_as_found() {
         let unit = unit();
-        let memory = HeadMemory::default();
-        memory.set_opened();
-        let mut second = state_with(&memory);
+        let trust = PositionTrust::default();
+        let mut first = state_with(&trust);
+        receive(&mut first, connected(&unit));
+        first.closed(false);
+        let mut next = state_with(&trust);
+        receive(&mut next, connected(&unit));
+        assert!(
+            next.is_position_trusted(),
+            "one that never opened moved nothing"
+        );
+        next.closed(true);
+        let mut second = state_with(&trust);
         receive(&mut second, connected(&unit));
         assert!(!second.is_position_trusted());
     }
 
     #[test]
     fn a_limit_hit_while_connecting_prevents_trust() {
-        let mut state = state_with(&HeadMemory::default());
+        let mut state = state_with(&PositionTrust::default());
         receive(&mut state, PtuEvent::LimitHit(Axis::Tilt));
         receive(&mut state, connected(&unit()));
         assert!(!state.is_position_trusted());
@@ -410,8 +391,8 @@ mod tests {
     #[test]
     fn a_calibration_that_moves_the_limits_is_not_trusted() {
         let unit = unit();
-        let memory = HeadMemory::default();
-        let mut state = state_with(&memory);
+        let trust = PositionTrust::default();
+        let mut state = state_with(&trust);
         receive(&mut state, connected(&unit));
         let mut calibrated = unit.clone();
         calibrated.pan.limits.max_steps -= 20;

@@ -199,6 +199,23 @@ impl DeviceError {
     pub const fn is_absence(&self) -> bool {
         matches!(self, Self::Port { .. })
     }
+
+    /// Why the head may be elsewhere than at its counts after this error of a move. Losses of the port and notices of the head
+    /// say so themselves.
+    pub(super) fn contradicts_position(&self) -> Option<&'static str> {
+        match self {
+            Self::Stalled { .. } => Some("an axis stalled"),
+            Self::Overdue {
+                device: Device::Head,
+                ..
+            } => Some("a move did not end"),
+            Self::Refused {
+                device: Device::Head,
+                ..
+            } => Some("it refused a command"),
+            _ => None,
+        }
+    }
 }
 
 /// Why a port cannot be used.

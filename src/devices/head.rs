@@ -11,6 +11,8 @@ use std::time::Duration;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum HeadCommand {
+    /// Connect anew, which sets modes and limits and reads the identity.
+    SetUp,
     /// Calibrate both axes (drive to the stops).
     Home,
     /// Set the speed of an axis, counts per second.
@@ -83,6 +85,10 @@ impl DeviceDriver for HeadDriver {
     fn command(&mut self, command: HeadCommand, now: Duration) {
         self.now = now;
         let result = match command {
+            HeadCommand::SetUp => {
+                self.driver.connect(now);
+                Ok(())
+            }
             HeadCommand::Home => self.driver.reset(now),
             HeadCommand::SetSpeed(axis, speed) => self.driver.set_speed(axis, speed, now),
             HeadCommand::MoveTo(axis, target) => self.driver.move_to(axis, target, now),

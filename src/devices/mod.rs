@@ -11,7 +11,8 @@
 //! | `calibration_plan` | one request | the requests of a calibration |
 //! | `sweep_run`, `sweep_data` | events of both devices | commands for both; a raw sweep or an error |
 //! | `recording` | what ports and station do in a sweep | its dialogue as bytes, and from these the sweep again |
-//! | `station`, `device_state`, `head_memory`, `power_marker`, `report` | settings | both devices as one object with blocking calls; their state |
+//! | `position_trust`, `power_marker` | what happens to the head | whether its counts are angles |
+//! | `station`, `device_state`, `report` | settings | both devices as one object with blocking calls; their state |
 
 mod calibration_plan;
 mod cancel;
@@ -21,12 +22,12 @@ mod device_links;
 mod device_state;
 mod error;
 mod head;
-mod head_memory;
 mod inventory;
 mod laser;
 mod plan;
 mod port;
 mod port_config;
+mod position_trust;
 mod power_marker;
 mod recording;
 mod report;
@@ -42,9 +43,9 @@ pub use calibration_plan::calibration_requests;
 pub use cancel::Cancel;
 pub use device_state::DeviceNote;
 pub use error::{Device, DeviceError, PortError};
-pub use head_memory::HeadMemory;
 pub use inventory::{PortReport, inventory};
 pub use plan::SweepRequest;
+pub use position_trust::PositionTrust;
 pub use recording::{
     DialogueEnd, DialogueEntry, DialogueEntryKind, DialogueError, ReplayError, ReplayedSweep,
     SweepDialogue, replay_sweep,

@@ -14,10 +14,10 @@ use super::device_links::{DeviceLinks, PortMessage, PortThreads};
 use super::device_state::{DeviceNote, DeviceState};
 use super::error::{Device, DeviceError};
 use super::head::{HeadCommand, HeadEvent};
-use super::head_memory::HeadMemory;
 use super::plan::{HeadFacts, LaserFacts, SweepPlan, SweepRequest};
 use super::port::PortEvent;
 use super::port_config::{LineKind, PortConfig, configured_ports};
+use super::position_trust::PositionTrust;
 use super::recording::{DialogueEnd, DialogueEntryKind, DialogueTap, encode_plan};
 use super::report::{DevicesReport, HeadReport, LaserReport};
 use super::sweep_run::{PortNames, SweepAction, SweepRun};
@@ -37,6 +37,8 @@ pub struct Station {
     ptu: PtuConfig,
     /// Start of the last successful sweep.
     last_start: Option<StartPose>,
+    /// Both devices were connected once.
+    was_open: bool,
     /// The dialogue of the last sweep, if it was recorded.
     dialogue: Option<Vec<u8>>,
 }
@@ -53,27 +55,27 @@ impl Station {
         notes: Sender<DeviceNote>,
         cancel: &Cancel,
     ) -> Result<Self, DeviceError> {
-        Self::open_with_memory(settings, clock, notes, &HeadMemory::default(), cancel)
+        Self::open_with_trust(settings, clock, notes, &PositionTrust::default(), cancel)
     }
 
-    /// As [`open`](Self::open), with the `memory` of former stations: distrust stays, and only the first opened station may
-    /// trust the position as found.
+    /// As [`open`](Self::open), with the `trust` of former stations: only the first opened station may trust the position as
+    /// found.
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn open_with_memory(
+    pub fn open_with_trust(
         settings: &Settings,
         clock: Clock,
         notes: Sender<DeviceNote>,
-        memory: &HeadMemory,
+        trust: &PositionTrust,
         cancel: &Cancel,
     ) -> Result<Self, DeviceError> {
         let (laser, head) = configured_ports(settings);
         let links = Box::new(PortThreads::spawn(laser, head, clock)?);
-        Self::open_with_links(links, settings, notes, memory, cancel)
+        Self::open_with_links(links, settings, notes, trust, cancel)
     }
 
-    /// As [`open_with_memory`](Self::open_with_memory), over existing links.
+    /// As [`open_with_trust`](Self::open_with_trust), over existing links.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -81,10 +83,10 @@ impl Station {
         links: Box<dyn DeviceLinks>,
         settings: &Settings,
         notes: Sender<DeviceNote>,
-        memory: &HeadMemory,
+        trust: &PositionTrust,
         cancel: &Cancel,
     ) -> Result<Self, DeviceError> {
-        let mut station = Self::with_links(links, settings, notes, memory);
+        let mut station = Self::with_links(links, settings, notes, trust);
         station.wait_for_both(false, cancel)?;
         if let Some(error) = station.state.failure() {
             return Err(error);
@@ -92,7 +94,7 @@ impl Station {
         match station.state.failures() {
             (Some(error), _) | (None, Some(error)) => Err(error),
             (None, None) => {
-                memory.set_opened();
+                station.was_open = true;
                 Ok(station)
             }
         }
@@ -120,7 +122,7 @@ impl Station {
     > {
         let (laser, head) = configured_ports(settings);
         let links = Box::new(PortThreads::spawn(laser, head, clock)?);
-        let mut station = Self::with_links(links, settings, notes, &HeadMemory::default());
+        let mut station = Self::with_links(links, settings, notes, &PositionTrust::default());
         station.wait_for_both(true, cancel)?;
         let (laser, head) = station.state.failures();
         Ok((
@@ -133,14 +135,14 @@ impl Station {
         links: Box<dyn DeviceLinks>,
         settings: &Settings,
         notes: Sender<DeviceNote>,
-        memory: &HeadMemory,
+        trust: &PositionTrust,
     ) -> Self {
         let (laser_port, head_port) = configured_ports(settings);
         let state = DeviceState::new(
             &laser_port,
             &head_port,
             settings.ptu.home_at_start,
-            memory.clone(),
+            trust.clone(),
             notes,
         );
         Self {
@@ -150,6 +152,7 @@ impl Station {
             head_port,
             ptu: settings.ptu.clone(),
             last_start: None,
+            was_open: false,
             dialogue: None,
         }
     }
@@ -271,8 +274,8 @@ impl Station {
             Err(error) => DialogueEnd::Failed(error.to_string()),
         };
         self.dialogue = tap.finish(&encoded_plan, end);
-        if matches!(outcome, Err(DeviceError::Stalled { .. })) {
-            self.state.distrust_position("an axis stalled");
+        if let Err(error) = &outcome {
+            self.note_failed_move(error);
         }
         self.last_start = start.filter(|_| outcome.is_ok());
         outcome
@@ -324,6 +327,13 @@ impl Station {
                 tap.note_sweep(Device::Laser, &Kind::SweepDeadline, now);
                 run.on_time(now);
             }
+        }
+    }
+
+    /// A move that did not go as commanded leaves the axis anywhere.
+    fn note_failed_move(&self, error: &DeviceError) {
+        if let Some(why) = error.contradicts_position() {
+            self.state.contradict(why);
         }
     }
 
@@ -389,7 +399,7 @@ impl Station {
 
 impl Drop for Station {
     fn drop(&mut self) {
-        // Record distrust in the head memory.
         self.process_pending();
+        self.state.closed(self.was_open);
     }
 }

@@ -16,6 +16,8 @@ pub enum PatrolAction {
     Prepare(PatrolRequest),
     /// Home the head before the next sweep; its angles are wrong.
     DistrustHead,
+    /// Home the head now; nobody waits for it.
+    HomeHead,
     /// Take a sweep.
     StartSweep(PatrolRequest),
     /// Judge the sweep.

@@ -1,5 +1,6 @@
 //! Events of the patrol, and the requests of its clients.
 
+use super::turn_history::SeenTurn;
 use std::fmt;
 
 /// What a request asks for.
@@ -89,10 +90,14 @@ pub enum SettingsChange {
 }
 
 /// Input of the state machine. A `u64` is the number of a request; events of other than the current request are ignored.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum PatrolEvent {
     /// The devices are connected and homed.
     DevicesReady,
+    /// The head was homed, whoever asked for it; comes before what followed.
+    HeadHomed,
+    /// The homing that the patrol asked for is over.
+    HomingDone,
     /// The devices could not be opened.
     DevicesFailed(String),
     /// A device is absent.
@@ -120,6 +125,8 @@ pub enum PatrolEvent {
     },
     /// The sweep does not fit the reference at the head's angles; the reason.
     LostStepsSuspected(u64, String),
+    /// How far the judged view lay turned.
+    ViewTurned(SeenTurn),
     /// The sweep is judged, or cannot be.
     Judged(u64, Result<(), String>),
     /// The result is stored, or cannot be.

@@ -5,6 +5,7 @@ use super::action::PatrolAction;
 use super::constants::{INITIAL_RETRY_PAUSE, MAX_QUEUED};
 use super::event::{PatrolEvent, PatrolRequest, PatrolTask, RefusalReason, SettingsChange};
 use super::severity::Severity;
+use super::turn_history::TurnHistory;
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -18,6 +19,8 @@ pub enum DeviceAvailability {
     Opening,
     /// Ready to sweep.
     Ready,
+    /// The head is being homed at an idle moment.
+    Homing,
     /// Absent or failed.
     Lost {
         /// Reason, one line.
@@ -57,13 +60,15 @@ pub struct PatrolMachine {
     /// Request whose sweep is being cancelled because its client has disconnected.
     abandoned: Option<u64>,
     pending_change: Option<SettingsChange>,
+    turns: TurnHistory,
     stopping: bool,
     exited: bool,
 }
 
 impl PatrolMachine {
-    /// A new patrol and its first actions.
-    pub fn start() -> (Self, Vec<PatrolAction>) {
+    /// A new patrol and its first actions. From turns of one view by these on, radians of pan and tilt, steps may be lost as long
+    /// as the robot's own errors are not known.
+    pub fn start(suspect_pan_rad: f64, suspect_tilt_rad: f64) -> (Self, Vec<PatrolAction>) {
         let machine = Self {
             devices: DeviceAvailability::Opening,
             retry_pause: INITIAL_RETRY_PAUSE,
@@ -72,6 +77,7 @@ impl PatrolMachine {
             queue: VecDeque::new(),
             abandoned: None,
             pending_change: None,
+            turns: TurnHistory::new(suspect_pan_rad, suspect_tilt_rad),
             stopping: false,
             exited: false,
         };
@@ -81,6 +87,11 @@ impl PatrolMachine {
     /// State of the devices.
     pub fn devices(&self) -> &DeviceAvailability {
         &self.devices
+    }
+
+    /// Takes other turns of one view for suspect, as at the [`start`](Self::start).
+    pub fn suspect_turns(&mut self, pan_rad: f64, tilt_rad: f64) {
+        self.turns.suspect(pan_rad, tilt_rad);
     }
 
     /// The current request and its stage.
@@ -109,6 +120,7 @@ impl PatrolMachine {
             (Some((_, RequestStage::Judging)), _) => "judging",
             (Some((_, RequestStage::Recording)), _) => "recording",
             (_, DeviceAvailability::Opening) => "starting",
+            (_, DeviceAvailability::Homing) => "homing",
             (_, DeviceAvailability::Lost { .. }) => "devices lost",
             (_, DeviceAvailability::Ready | DeviceAvailability::Closed) => "idle",
         }
@@ -119,12 +131,16 @@ impl PatrolMachine {
         let mut out = Vec::new();
         match event {
             PatrolEvent::DevicesReady => self.devices_ready(&mut out),
+            PatrolEvent::HeadHomed => self.turns.homed(now),
+            PatrolEvent::HomingDone => self.homing_done(&mut out),
+            PatrolEvent::ViewTurned(seen) => self.turns.observe(&seen),
             PatrolEvent::DevicesFailed(reason) => self.devices_failed(now, reason, &mut out),
             PatrolEvent::DevicesAbsent(reason) => self.devices_absent(now, reason, &mut out),
             PatrolEvent::DevicesLost(reason) => {
                 // A running sweep reports the loss itself.
                 let sweeping = matches!(self.current, Some((_, RequestStage::Sweeping)));
-                if self.devices == DeviceAvailability::Ready && !sweeping {
+                let idle = [DeviceAvailability::Ready, DeviceAvailability::Homing];
+                if idle.contains(&self.devices) && !sweeping {
                     self.devices_absent(now, reason, &mut out);
                 }
             }
@@ -180,12 +196,12 @@ impl PatrolMachine {
             PatrolEvent::Shutdown => self.shutdown(&mut out),
             PatrolEvent::Tick => self.tick(now, &mut out),
         }
-        self.advance(&mut out);
+        self.advance(now, &mut out);
         out
     }
 
-    /// Ends, applies settings, or starts the next request.
-    fn advance(&mut self, out: &mut Vec<PatrolAction>) {
+    /// Ends, applies settings, starts the next request, or homes the head while there is none.
+    fn advance(&mut self, now: Duration, out: &mut Vec<PatrolAction>) {
         if self.stopping {
             if self.current.is_none() && self.devices == DeviceAvailability::Closed && !self.exited
             {
@@ -197,7 +213,7 @@ impl PatrolMachine {
         self.apply_change(out);
         while self.current.is_none() {
             let Some(request) = self.queue.pop_front() else {
-                return;
+                return self.home_if_due(now, out);
             };
             if request.task != PatrolTask::Sweep {
                 out.push(PatrolAction::Prepare(request.clone()));
@@ -249,7 +265,7 @@ impl PatrolMachine {
                 out.push(PatrolAction::StartSweep(request.clone()));
                 RequestStage::Sweeping
             }
-            DeviceAvailability::Opening => RequestStage::Waiting,
+            DeviceAvailability::Opening | DeviceAvailability::Homing => RequestStage::Waiting,
             // They may be back before the next retry.
             DeviceAvailability::Lost { .. } => {
                 self.open(out);

@@ -5,3 +5,4 @@ pub mod action;
 pub mod event;
 pub mod machine;
 pub mod severity;
+pub mod turn_history;

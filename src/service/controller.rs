@@ -88,7 +88,8 @@ pub(super) struct Controller {
 impl Controller {
     pub(super) fn start(services: Services, loaded: &LoadedConfig) -> Self {
         let settings = Arc::new(loaded.settings.clone());
-        let (machine, first_actions) = PatrolMachine::start();
+        let (machine, first_actions) =
+            PatrolMachine::start(settings.ptu.suspect_pan_rad, settings.ptu.suspect_tilt_rad);
         let now = Instant::now();
         let mut controller = Self {
             services,
@@ -164,7 +165,11 @@ impl Controller {
                         active.repeated_sweep = true;
                         return self.handle(PatrolEvent::LostStepsSuspected(id, reason));
                     }
+                    let seen = judgement.turn.clone();
                     active.judgement = Some(*judgement);
+                    if let Some(seen) = seen {
+                        self.handle(PatrolEvent::ViewTurned(seen));
+                    }
                 }
                 PatrolEvent::Judged(id, result)
             }
@@ -282,6 +287,7 @@ impl Controller {
                 PatrolAction::CancelDevices => self.services.scanner.cancel(),
                 PatrolAction::CloseDevices => self.services.scanner.close(),
                 PatrolAction::DistrustHead => self.services.scanner.distrust_head(),
+                PatrolAction::HomeHead => self.services.scanner.home(),
                 PatrolAction::Prepare(request) => self.prepare(request),
                 PatrolAction::StartSweep(request) => self.start_sweep(request),
                 PatrolAction::Judge(request) => self.judge(&request),

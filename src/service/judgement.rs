@@ -5,12 +5,13 @@ use super::reference_cache::ReferenceCache;
 use crate::alarm::Incident;
 use crate::config::Settings;
 use crate::patrol::event::PatrolTask;
+use crate::patrol::turn_history::SeenTurn;
 use crate::store::{ReadyReference, StoredReference};
 use nalgebra::Point3;
 use patrold_engine::formats::write_ply;
 use patrold_engine::geometry::{Registration, View};
 use patrold_engine::inspect::{inspect, prepare};
-use patrold_engine::lost_steps::{LostStepThresholds, Mismatch, find_mismatch};
+use patrold_engine::lost_steps::{Mismatch, find_mismatch, view_turn};
 use patrold_engine::novelty::{
     NoveltyKind, PlaceView, Reference, ReferenceMixture, Verdict, WatchedPlace, observe_places,
 };
@@ -55,6 +56,8 @@ pub(super) struct SweepJudgement {
     /// Encoded raw data that gave no sweep.
     pub(super) unassembled_raw: Option<Vec<u8>>,
     pub(super) finding: Result<SweepFinding, String>,
+    /// How far the view lies turned against the reference, where a pose lays it there.
+    pub(super) turn: Option<SeenTurn>,
     /// Why the head is to be homed and the place swept again before there is a finding.
     pub(super) suspected_lost_steps: Option<String>,
     /// Why the sweep itself cannot be judged, independent of the scene.
@@ -80,6 +83,7 @@ impl SweepJudgement {
             assembled: None,
             unassembled_raw: None,
             finding: Err(format!("the engine failed: {}", message.replace('\n', " "))),
+            turn: None,
             suspected_lost_steps: None,
             sweep_fault: None,
             made_anew: None,
@@ -113,6 +117,7 @@ pub(super) fn judge_sweep(
                 assembled: None,
                 unassembled_raw: Some(encode_raw_sweep(raw)),
                 finding: Err(error.to_string()),
+                turn: None,
                 suspected_lost_steps: None,
                 sweep_fault: Some(error.to_string()),
                 made_anew: None,
@@ -123,6 +128,7 @@ pub(super) fn judge_sweep(
     let sweep_fault = fault.clone();
     let view = &sweep.view;
     let mut suspected_lost_steps = None;
+    let mut turn = None;
     let mut made_anew = None;
     let finding = match (task, fault) {
         (PatrolTask::Sweep, fault) => Ok(SweepFinding::Points {
@@ -150,13 +156,15 @@ pub(super) fn judge_sweep(
             .and_then(|basis| {
                 let ready = references.get(waypoint, &basis.reference, settings)?;
                 made_anew = ready.made_anew.is_some().then(|| Arc::clone(&ready));
-                let (finding, mismatch) =
-                    compare(waypoint, &sweep, basis, &ready.reference, settings)?;
-                match mismatch {
-                    // After homing, a rotated view means that the robot itself is rotated.
-                    None | Some(Mismatch::Rotated(_)) if repeated => Ok(finding),
-                    None => Ok(finding),
-                    Some(mismatch) => {
+                let (finding, fit) = compare(waypoint, &sweep, basis, &ready.reference, settings)?;
+                match fit {
+                    Ok(seen) => {
+                        turn = Some(seen);
+                        Ok(finding)
+                    }
+                    // After homing the head is not at fault: the verdict says what does not fit.
+                    Err(Mismatch::Unregistered(_)) if repeated => Ok(finding),
+                    Err(mismatch) => {
                         let lost_steps = !matches!(mismatch, Mismatch::OtherPlace(_));
                         suspected_lost_steps =
                             (lost_steps && !repeated).then(|| mismatch.reason().to_owned());
@@ -174,6 +182,7 @@ pub(super) fn judge_sweep(
         assembled: Some(assembled),
         unassembled_raw: None,
         finding,
+        turn,
         suspected_lost_steps,
         sweep_fault,
         made_anew,
@@ -203,17 +212,25 @@ fn compare(
     basis: &VisitBasis,
     reference: &Reference,
     settings: &Settings,
-) -> Result<(SweepFinding, Option<Mismatch>), String> {
+) -> Result<(SweepFinding, Result<SeenTurn, Mismatch>), String> {
     let view = &sweep.view;
     let seed = settings.mixture.seed;
     let engine = settings.engine_settings(Some(waypoint));
     let inspection =
         inspect(reference, view, &engine, seed, &mut |_| ()).map_err(|error| error.to_string())?;
-    let thresholds = LostStepThresholds {
-        pan_rad: settings.ptu.suspect_pan_rad,
-        tilt_rad: settings.ptu.suspect_tilt_rad,
+    let max_tilt_rad = settings.ptu.suspect_tilt_rad;
+    let fit = match find_mismatch(reference, sweep, &inspection.detection, max_tilt_rad) {
+        Some(mismatch) => Err(mismatch),
+        None => {
+            let turn = view_turn(sweep, &inspection.detection);
+            Ok(SeenTurn {
+                waypoint: waypoint.to_owned(),
+                frame_version: basis.reference.frame_version,
+                pan_rad: turn.pan_rad,
+                tilt_rad: turn.tilt_rad,
+            })
+        }
     };
-    let mismatch = find_mismatch(reference, sweep, &inspection.detection, &thresholds);
     let points = [basis.reference.view.points.len(), view.points.len()];
     let mut report =
         InspectionReport::new(&inspection, points, settings.novelty.engine.as_str(), seed);
@@ -238,7 +255,7 @@ fn compare(
         report,
         places: ids.zip(views).collect(),
     });
-    Ok((SweepFinding::Visit(finding), mismatch))
+    Ok((SweepFinding::Visit(finding), fit))
 }
 
 /// Of a novelty's centre by the registration, along the axes of the reference's frame. What disappeared is in that frame.

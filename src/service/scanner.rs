@@ -25,6 +25,19 @@ pub trait Scanner: Send {
     /// The head's angles are wrong: home it before the next sweep.
     fn distrust_head(&mut self) {}
 
+    /// Homes the head; blocks for up to a minute.
+    ///
+    /// # Errors
+    /// It was not homed.
+    fn home(&mut self, _cancel: &Cancel) -> Result<(), ScannerError> {
+        Ok(())
+    }
+
+    /// How often the head was homed, whoever asked for it.
+    fn homings(&self) -> u64 {
+        0
+    }
+
     /// Waits until disconnected devices are back, and homes the head if its position is not trusted. Blocks.
     ///
     /// # Errors

@@ -26,6 +26,10 @@ pub(super) enum ScannerEvent {
     Absent(String),
     /// Disconnected while idle.
     Lost(String),
+    /// The head was homed; before the event of the command that did it.
+    Homed,
+    /// The homing that was asked for is over.
+    HomingDone,
     /// The devices are released.
     Closed,
     /// A sweep, and the bytes of the devices where they were recorded.
@@ -40,6 +44,7 @@ enum ScannerCommand {
     Open(Arc<Settings>, Cancel),
     Sweep(u64, Arc<Settings>, Option<String>, Cancel),
     DistrustHead,
+    Home(Cancel),
     Close,
 }
 
@@ -73,6 +78,7 @@ impl ScannerThread {
             scanner: None,
             settings: None,
             call_deadline: Arc::clone(&call_deadline),
+            homings: 0,
             on_event,
         };
         thread::Builder::new()
@@ -107,6 +113,12 @@ impl ScannerThread {
     /// The head is homed before the next sweep.
     pub(super) fn distrust_head(&self) {
         self.send(ScannerCommand::DistrustHead);
+    }
+
+    /// Homes the head now.
+    pub(super) fn home(&mut self) {
+        self.cancel = Cancel::new();
+        self.send(ScannerCommand::Home(self.cancel.clone()));
     }
 
     /// Interrupts the last command, and the return after the last sweep.
@@ -148,6 +160,8 @@ struct ScannerWorker<F> {
     /// Of the last connect.
     settings: Option<Arc<Settings>>,
     call_deadline: CallDeadline,
+    /// Homings that were reported.
+    homings: u64,
     on_event: F,
 }
 
@@ -163,9 +177,20 @@ impl<F: FnMut(ScannerEvent)> ScannerWorker<F> {
                 None => self.check_connected(),
                 Some(command) => self.execute(command),
             };
+            self.report_homing();
             if let Some(event) = event {
                 (self.on_event)(event);
             }
+        }
+    }
+
+    fn report_homing(&mut self) {
+        let Some(homings) = self.scanner.as_ref().map(|scanner| scanner.homings()) else {
+            return;
+        };
+        if homings != self.homings {
+            self.homings = homings;
+            (self.on_event)(ScannerEvent::Homed);
         }
     }
 
@@ -175,6 +200,7 @@ impl<F: FnMut(ScannerEvent)> ScannerWorker<F> {
             ScannerCommand::Sweep(id, settings, waypoint, cancel) => {
                 let event = self.sweep(id, &settings, waypoint.as_deref(), &cancel);
                 let swept = matches!(event, ScannerEvent::Swept(..));
+                self.report_homing();
                 // Before the return: the sweep is judged meanwhile.
                 (self.on_event)(event);
                 if !swept {
@@ -189,6 +215,7 @@ impl<F: FnMut(ScannerEvent)> ScannerWorker<F> {
                 self.scanner.as_mut()?.distrust_head();
                 None
             }
+            ScannerCommand::Home(cancel) => self.home(&cancel),
             ScannerCommand::Close => {
                 self.scanner = None;
                 Some(ScannerEvent::Closed)
@@ -266,6 +293,19 @@ impl<F: FnMut(ScannerEvent)> ScannerWorker<F> {
         }
     }
 
+    /// No event where it was cancelled: another command follows.
+    fn home(&mut self, cancel: &Cancel) -> Option<ScannerEvent> {
+        self.start_call(CONNECT_AND_HOME_LIMIT);
+        let homed = self.scanner.as_mut().map(|scanner| scanner.home(cancel));
+        self.end_call();
+        match homed {
+            _ if cancel.is_cancelled() => None,
+            Some(Ok(())) => Some(ScannerEvent::HomingDone),
+            Some(Err(error)) => Some(ScannerEvent::Failed(error.reason)),
+            None => Some(ScannerEvent::Lost("the devices are not open".to_owned())),
+        }
+    }
+
     fn return_to_start(&mut self, cancel: &Cancel) -> Option<Duration> {
         self.start_call(RETURN_TO_START_LIMIT);
         let duration = self
@@ -319,6 +359,88 @@ mod tests {
     use std::sync::{Arc, Mutex, mpsc};
     use std::thread;
     use std::time::{Duration, Instant};
+
+    /// Homes in every call that may, and tells how often.
+    #[derive(Default)]
+    struct CountingScanner(u64);
+
+    impl ScannerConnector for CountingScanner {
+        fn connect(
+            &mut self,
+            _: &Settings,
+            _: &DeviceNoteSink,
+            _: &Cancel,
+        ) -> Result<Box<dyn Scanner>, ConnectError> {
+            Ok(Box::new(Self(1)))
+        }
+    }
+
+    impl Scanner for CountingScanner {
+        fn describe(&mut self) -> Value {
+            Value::Null
+        }
+
+        fn home(&mut self, _: &Cancel) -> Result<(), ScannerError> {
+            self.0 += 1;
+            Ok(())
+        }
+
+        fn homings(&self) -> u64 {
+            self.0
+        }
+
+        fn sweep(
+            &mut self,
+            _: &Settings,
+            waypoint: Option<&str>,
+            _: &Cancel,
+        ) -> Result<RawSweep, ScannerError> {
+            self.0 += u64::from(waypoint == Some("lost"));
+            Err(ScannerError {
+                reason: "none here".to_owned(),
+                lost: false,
+            })
+        }
+    }
+
+    #[test]
+    fn a_homing_is_told_before_what_followed_and_once() {
+        let (sender, events) = mpsc::channel();
+        let mut thread = ScannerThread::spawn(
+            Box::new(CountingScanner::default()),
+            Clock::real(),
+            DeviceNoteSink::new(|_, _, _| ()),
+            move |event| drop(sender.send(event)),
+        )
+        .expect("a thread");
+        let settings = Arc::new(Settings::defaults());
+        thread.open(Arc::clone(&settings));
+        thread.sweep(1, Arc::clone(&settings), Some("hall".to_owned()));
+        thread.sweep(2, settings, Some("lost".to_owned()));
+        thread.home();
+        use ScannerEvent as E;
+        let told: Vec<String> = (0..7)
+            .map(|_| match events.recv().expect("the thread runs") {
+                E::Homed => "homed".to_owned(),
+                E::HomingDone => "homing done".to_owned(),
+                E::Ready(_) => "ready".to_owned(),
+                E::SweepFailed(id, ..) => format!("sweep {id}"),
+                other => format!("{other:?}"),
+            })
+            .collect();
+        assert_eq!(
+            told,
+            [
+                "homed",
+                "ready",
+                "sweep 1",
+                "homed",
+                "sweep 2",
+                "homed",
+                "homing done"
+            ]
+        );
+    }
 
     /// Its sweep hangs until the sender is dropped.
     struct HangingScanner(Arc<Mutex<mpsc::Receiver<()>>>);

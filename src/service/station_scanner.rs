@@ -2,7 +2,9 @@
 
 use super::scanner::{ConnectError, DeviceNoteSink, Scanner, ScannerConnector, ScannerError};
 use crate::config::Settings;
-use crate::devices::{Cancel, Device, DeviceError, DeviceNote, HeadMemory, Station, SweepRequest};
+use crate::devices::{
+    Cancel, Device, DeviceError, DeviceNote, PositionTrust, Station, SweepRequest,
+};
 use link::Clock;
 use patrold_engine::sweep::RawSweep;
 use serde_json::{Value, json};
@@ -13,13 +15,18 @@ use std::thread;
 use std::time::Duration;
 
 /// Opens a station: on real ports, or on emulated ones in tests.
-type OpenStation = dyn FnMut(&Settings, mpsc::Sender<DeviceNote>, &HeadMemory, &Cancel) -> Result<Station, DeviceError>
+type OpenStation = dyn FnMut(
+        &Settings,
+        mpsc::Sender<DeviceNote>,
+        &PositionTrust,
+        &Cancel,
+    ) -> Result<Station, DeviceError>
     + Send;
 
 /// Opens a [`Station`] on the ports of the settings.
 pub struct StationConnector {
     open: Box<OpenStation>,
-    memory: HeadMemory,
+    trust: PositionTrust,
     last_notes: LastNotes,
 }
 
@@ -29,8 +36,8 @@ type LastNotes = Arc<Mutex<HashMap<Device, String>>>;
 impl StationConnector {
     /// The devices run on `clock`.
     pub fn new(clock: Clock) -> Self {
-        Self::with_open(move |settings, notes, memory, cancel| {
-            Station::open_with_memory(settings, clock.clone(), notes, memory, cancel)
+        Self::with_open(move |settings, notes, trust, cancel| {
+            Station::open_with_trust(settings, clock.clone(), notes, trust, cancel)
         })
     }
 
@@ -38,7 +45,7 @@ impl StationConnector {
         open: impl FnMut(
             &Settings,
             mpsc::Sender<DeviceNote>,
-            &HeadMemory,
+            &PositionTrust,
             &Cancel,
         ) -> Result<Station, DeviceError>
         + Send
@@ -46,7 +53,7 @@ impl StationConnector {
     ) -> Self {
         Self {
             open: Box::new(open),
-            memory: HeadMemory::default(),
+            trust: PositionTrust::default(),
             last_notes: LastNotes::default(),
         }
     }
@@ -68,14 +75,14 @@ impl ScannerConnector for StationConnector {
                 reason: format!("cannot start a thread for the devices' notes: {error}"),
                 absent: false,
             })?;
-        let opened = (self.open)(settings, sender, &self.memory, cancel);
+        let opened = (self.open)(settings, sender, &self.trust, cancel);
         let mut station = opened.map_err(connect_error)?;
-        if self.memory.is_doubted() || !station.position_trusted() {
+        if !station.position_trusted() {
             station.home(cancel).map_err(connect_error)?;
         }
         Ok(Box::new(StationScanner {
             station,
-            memory: self.memory.clone(),
+            trust: self.trust.clone(),
             cancel: cancel.clone(),
         }))
     }
@@ -83,7 +90,7 @@ impl ScannerConnector for StationConnector {
 
 struct StationScanner {
     station: Station,
-    memory: HeadMemory,
+    trust: PositionTrust,
     /// Of the connect command; describing belongs to it.
     cancel: Cancel,
 }
@@ -97,24 +104,28 @@ impl Scanner for StationScanner {
     }
 
     fn check_connected(&mut self) -> Result<(), ScannerError> {
-        self.station.check_connected().map_err(|error| {
-            // Otherwise the next station may trust the position as found.
-            if !self.station.position_trusted() {
-                self.memory.set_doubted();
-            }
-            ScannerError {
+        self.station
+            .check_connected()
+            .map_err(|error| ScannerError {
                 reason: error.to_string(),
                 lost: true,
-            }
-        })
+            })
     }
 
     fn resume(&mut self, cancel: &Cancel) -> Result<(), ConnectError> {
         self.station.await_return(cancel).map_err(connect_error)?;
-        if self.memory.is_doubted() || !self.station.position_trusted() {
-            self.station.home(cancel).map_err(connect_error)?;
-        }
-        Ok(())
+        self.home_if_untrusted(cancel).map_err(connect_error)
+    }
+
+    fn home(&mut self, cancel: &Cancel) -> Result<(), ScannerError> {
+        self.station.home(cancel).map_err(|error| ScannerError {
+            reason: error.to_string(),
+            lost: is_lost(&error),
+        })
+    }
+
+    fn homings(&self) -> u64 {
+        self.trust.homings()
     }
 
     fn distrust_head(&mut self) {
@@ -135,15 +146,9 @@ impl Scanner for StationScanner {
         let swept = self
             .home_if_untrusted(cancel)
             .and_then(|()| self.station.sweep(&request, cancel));
-        swept.map_err(|error| {
-            let lost = is_lost(&error);
-            if lost && puts_head_in_doubt(&error) {
-                self.memory.set_doubted();
-            }
-            ScannerError {
-                reason: error.to_string(),
-                lost,
-            }
+        swept.map_err(|error| ScannerError {
+            reason: error.to_string(),
+            lost: is_lost(&error),
         })
     }
 
@@ -170,24 +175,6 @@ fn connect_error(error: DeviceError) -> ConnectError {
     ConnectError {
         absent: error.is_absence(),
         reason: error.to_string(),
-    }
-}
-
-/// Whether the head's position is in doubt after `error`.
-fn puts_head_in_doubt(error: &DeviceError) -> bool {
-    use DeviceError as E;
-    match error {
-        E::Port { device, .. }
-        | E::Silent { device, .. }
-        | E::WrongDevice { device, .. }
-        | E::OtherUnit { device, .. }
-        | E::Fault { device, .. }
-        | E::NotConnected { device, .. }
-        | E::Overdue { device, .. }
-        | E::Refused { device, .. }
-        | E::NoThread { device, .. } => *device == Device::Head,
-        E::TimerLost { .. } | E::Cancelled | E::OutOfReach { .. } => false,
-        E::PositionLost { .. } | E::Stalled { .. } => true,
     }
 }
 

@@ -7,6 +7,7 @@ mod fault_cases;
 mod incident_histories;
 mod lost_steps;
 mod return_to_start;
+mod rounds;
 mod scenes;
 pub(super) mod stored_reference;
 mod unplugging;

@@ -5,7 +5,7 @@
 pub(super) const MIN_BEND_SHIFT_M: f64 = 0.02;
 
 /// Rotation in the middle of a sweep from which steps were lost, radians: a quarter of a degree. A robot does not turn during
-/// a sweep, so this may be less than what is suspected of a whole view. Twice the largest bend of visits without loss; what
+/// a sweep. Twice the largest bend of visits without loss; what
 /// is left of half a degree in the last three lines of a sweep.
 pub(super) const MIN_BEND_RAD: f64 = 0.0044;
 

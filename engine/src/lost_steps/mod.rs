@@ -4,4 +4,4 @@ mod bend;
 mod constants;
 mod mismatch;
 
-pub use mismatch::{LostStepThresholds, Mismatch, find_mismatch};
+pub use mismatch::{Mismatch, ViewTurn, find_mismatch, view_turn};

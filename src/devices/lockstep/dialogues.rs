@@ -7,7 +7,7 @@ use crate::config::{Settings, SweepMode};
 use crate::devices::recording::{
     DialogueEnd, DialogueEntryKind as Kind, ReplayError, SweepDialogue, replay_sweep,
 };
-use crate::devices::{Cancel, Device, DeviceError, HeadMemory, Station, SweepRequest};
+use crate::devices::{Cancel, Device, DeviceError, PositionTrust, Station, SweepRequest};
 use patrold_engine::sweep::RawSweep;
 use patrold_sim::emulator::{EmulatedFault, Emulation, EmulationOptions};
 use patrold_sim::world::Scene;
@@ -27,9 +27,9 @@ impl RecordedStation {
         let emulation = Emulation::new(options, world, scene.map_from_base, Duration::ZERO);
         let devices = EmulatedDevices::new(emulation);
         let (settings, cancel) = (Settings::defaults(), Cancel::new());
-        let (notes, memory) = (mpsc::channel().0, HeadMemory::default());
+        let (notes, trust) = (mpsc::channel().0, PositionTrust::default());
         let mut station =
-            Station::open_with_links(devices.links(), &settings, notes, &memory, &cancel)
+            Station::open_with_links(devices.links(), &settings, notes, &trust, &cancel)
                 .expect("both answer");
         station.home(&cancel).expect("homes");
         Self { devices, station }

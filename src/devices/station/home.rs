@@ -7,17 +7,37 @@ use crate::devices::device_links::PortMessage;
 use crate::devices::error::{Device, DeviceError};
 use crate::devices::head::{HeadCommand, HeadEvent, head_error};
 use crate::devices::port::PortEvent;
+use ptu::PtuEvent;
+use std::time::Duration;
 
 impl Station {
-    /// Homes the head: both axes drive to all their stops, up to a minute.
+    /// Homes the head: its modes are set anew, then both axes drive to all their stops; up to a minute. Whatever mode another
+    /// program, or a fault, left the head in, it obeys afterwards.
     ///
     /// # Errors
     /// A failure of the head; [`DeviceError::Cancelled`]: the head ignores commands until it has finished at 0, 0.
     pub fn home(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
         self.wait_connected(cancel)?;
         self.state.homing_started();
-        self.links.send_head(HeadCommand::Home);
         let until = self.links.now() + HOME_LIMIT;
+        self.links.send_head(HeadCommand::SetUp);
+        self.await_homing(until, cancel, &|event| {
+            matches!(event, PtuEvent::Connected(_))
+        })?;
+        self.links.send_head(HeadCommand::Home);
+        self.await_homing(until, cancel, &|event| {
+            matches!(event, PtuEvent::HomeDone { .. })
+        })?;
+        self.set_power_marker();
+        self.check_trust()
+    }
+
+    fn await_homing(
+        &mut self,
+        until: Duration,
+        cancel: &Cancel,
+        is_done: &dyn Fn(&PtuEvent) -> bool,
+    ) -> Result<(), DeviceError> {
         while self.links.now() < until {
             if cancel.is_cancelled() {
                 return Err(DeviceError::Cancelled);
@@ -25,16 +45,11 @@ impl Station {
             match self.next_message(until) {
                 Some(PortMessage::Head(PortEvent::Lost { error, .. })) => return Err(error),
                 Some(PortMessage::Head(PortEvent::Device(HeadEvent::Ptu(event)))) => match event {
-                    ptu::PtuEvent::HomeDone { .. } => {
-                        self.set_power_marker();
-                        return self.check_trust();
-                    }
-                    ptu::PtuEvent::Fault(error) => {
+                    event if is_done(&event) => return Ok(()),
+                    PtuEvent::Fault(error) => {
                         return Err(head_error(&error, &self.head_port.name));
                     }
-                    ptu::PtuEvent::Restarted
-                    | ptu::PtuEvent::EchoReturned
-                    | ptu::PtuEvent::VerboseReturned => {
+                    PtuEvent::Restarted | PtuEvent::EchoReturned | PtuEvent::VerboseReturned => {
                         return Err(DeviceError::PositionLost {
                             port: self.head_port.name.clone(),
                             detail: "the unit restarted while homing".to_owned(),

@@ -24,8 +24,8 @@ impl Station {
         };
         let started = self.links.now();
         let moved = self.move_to_pose(&pose, cancel);
-        if matches!(moved, Err(DeviceError::Stalled { .. })) {
-            self.state.distrust_position("an axis stalled");
+        if let Err(error) = &moved {
+            self.note_failed_move(error);
         }
         self.set_power_marker();
         moved.map(|()| Some(self.links.now().saturating_sub(started)))

@@ -42,7 +42,6 @@ impl Station {
 
     /// The sweep does not fit the reference at the head's angles: the position is not trusted until the head is homed.
     pub fn distrust_position(&mut self) {
-        self.state
-            .distrust_position("its angles do not fit the scene");
+        self.state.contradict("its angles do not fit the scene");
     }
 }

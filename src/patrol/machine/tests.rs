@@ -8,6 +8,7 @@ use crate::patrol::severity::Severity;
 use std::time::Duration;
 
 mod departed_clients;
+mod homing;
 mod reload_and_shutdown;
 mod retries;
 
@@ -42,7 +43,7 @@ fn error_note(text: &str) -> PatrolAction {
 }
 
 fn ready() -> PatrolMachine {
-    let (mut machine, first) = PatrolMachine::start();
+    let (mut machine, first) = PatrolMachine::start(0.05, 0.007);
     assert_eq!(first, [PatrolAction::OpenDevices]);
     assert_eq!(
         machine.handle(Duration::ZERO, PatrolEvent::DevicesReady),
@@ -244,7 +245,7 @@ fn a_sweep_that_cannot_be_judged_is_not_observed() {
 
 #[test]
 fn a_visit_waits_for_devices_that_are_being_opened() {
-    let (mut machine, _) = PatrolMachine::start();
+    let (mut machine, _) = PatrolMachine::start(0.05, 0.007);
     run_table(
         &mut machine,
         vec![
@@ -263,7 +264,7 @@ fn a_visit_waits_for_devices_that_are_being_opened() {
 
 #[test]
 fn retries_of_failed_devices_back_off_and_are_logged_once() {
-    let (mut machine, _) = PatrolMachine::start();
+    let (mut machine, _) = PatrolMachine::start(0.05, 0.007);
     let mut now = Duration::ZERO;
     let mut pause = INITIAL_RETRY_PAUSE;
     for attempt in 0..8 {
@@ -285,7 +286,7 @@ fn retries_of_failed_devices_back_off_and_are_logged_once() {
 
 #[test]
 fn a_request_to_lost_devices_has_one_attempt_of_its_own() {
-    let (mut machine, _) = PatrolMachine::start();
+    let (mut machine, _) = PatrolMachine::start(0.05, 0.007);
     let failure = || PatrolEvent::DevicesFailed("no laser".to_owned());
     machine.handle(Duration::ZERO, failure());
     let sweep = request(2, PatrolTask::Sweep);

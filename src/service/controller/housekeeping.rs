@@ -119,7 +119,7 @@ impl Controller {
     pub(super) fn publish_status(&mut self) {
         let (state, reason) = match self.machine.devices() {
             DeviceAvailability::Opening => ("opening", None),
-            DeviceAvailability::Ready => ("ready", None),
+            DeviceAvailability::Ready | DeviceAvailability::Homing => ("ready", None),
             DeviceAvailability::Lost { reason, .. } => ("lost", Some(reason.clone())),
             DeviceAvailability::Closed => ("closed", None),
         };

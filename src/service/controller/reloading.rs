@@ -97,6 +97,9 @@ impl Controller {
         // The cached ones were prepared under the old settings.
         self.references = ReferenceCache::default();
         self.settings = Arc::new(loaded.settings.clone());
+        let ptu = &self.settings.ptu;
+        self.machine
+            .suspect_turns(ptu.suspect_pan_rad, ptu.suspect_tilt_rad);
         let reply = ReloadReply {
             needs_restart,
             ..reading_result(&loaded)

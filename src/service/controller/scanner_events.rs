@@ -26,6 +26,8 @@ impl Controller {
                 self.note_health("devices", Some(&reason));
                 PatrolEvent::DevicesLost(reason)
             }
+            ScannerEvent::Homed => PatrolEvent::HeadHomed,
+            ScannerEvent::HomingDone => PatrolEvent::HomingDone,
             ScannerEvent::Closed => PatrolEvent::DevicesClosed,
             ScannerEvent::Swept(id, raw_sweep, dialogue) => {
                 let now = self.services.scanner.clock().now();

@@ -178,6 +178,7 @@ fn judgement(sweep_fault: Option<&str>) -> Box<SweepJudgement> {
         assembled: None,
         unassembled_raw: None,
         finding: Err(sweep_fault.unwrap_or("no reference at hand").to_owned()),
+        turn: None,
         suspected_lost_steps: None,
         sweep_fault: sweep_fault.map(str::to_owned),
         made_anew: None,

@@ -283,3 +283,13 @@ pub(super) const ALL: [&[FaultCase]; 9] = [
     &HEAD_BYTES,
     &HEAD_MODES,
 ];
+
+/// Faults that end with the power only, as their messages say.
+pub(super) const LASTING: [&str; 6] = [
+    "laser.silence",
+    "laser.hardware",
+    "laser.trouble-stat",
+    "laser.repeated-stamp",
+    "laser.frozen-data",
+    "ptu.unit-id",
+];

@@ -23,7 +23,7 @@ use crate::store::StoredReference;
 use patrold_engine::novelty::Verdict;
 use patrold_engine::sweep::RawSweep;
 use patrold_sim::emulator::{EmulatedFault, Emulation, EmulationOptions};
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -58,7 +58,9 @@ pub(super) struct VirtualPatrol {
     scanner: Option<Box<dyn Scanner>>,
     settings: Arc<Settings>,
     references: ReferenceCache,
-    reference: Option<Arc<StoredReference>>,
+    taught: HashMap<String, Arc<StoredReference>>,
+    /// Where the robot says it stands.
+    waypoint: String,
     raw_sweep: Option<RawSweep>,
     judgement: Option<SweepJudgement>,
     events: VecDeque<PatrolEvent>,
@@ -66,6 +68,8 @@ pub(super) struct VirtualPatrol {
     last_request_id: u64,
     repeated_request: Option<u64>,
     last_idle_check: Duration,
+    /// Homings that the patrol knows of.
+    pub(super) homings: u64,
 }
 
 pub(super) fn settings() -> Settings {
@@ -99,19 +103,22 @@ impl VirtualPatrol {
         let options = EmulationOptions::seeded(seed);
         let mut patrol = Self::new((*taught.settings).clone(), options, "storeroom.toml");
         patrol.references = taught.cache.clone();
-        patrol.reference = Some(Arc::clone(&taught.reference));
+        let reference = Arc::clone(&taught.reference);
+        patrol.taught.insert(patrol.waypoint.clone(), reference);
         patrol.until_ready(true).expect("ready");
         patrol
     }
 
     fn with_devices(devices: EmulatedDevices, settings: Arc<Settings>) -> Self {
         let links = devices.clone();
-        let connector = StationConnector::with_open(move |settings, notes, memory, cancel| {
-            Station::open_with_links(links.links(), settings, notes, memory, cancel)
+        let connector = StationConnector::with_open(move |settings, notes, trust, cancel| {
+            Station::open_with_links(links.links(), settings, notes, trust, cancel)
         });
-        let (machine, first_actions) = PatrolMachine::start();
+        let (machine, first_actions) =
+            PatrolMachine::start(settings.ptu.suspect_pan_rad, settings.ptu.suspect_tilt_rad);
         let mut patrol = Self {
             last_idle_check: devices.now(),
+            homings: 0,
             devices,
             machine,
             event_log: Vec::new(),
@@ -124,7 +131,8 @@ impl VirtualPatrol {
             scanner: None,
             settings,
             references: ReferenceCache::default(),
-            reference: None,
+            taught: HashMap::new(),
+            waypoint: "hall".to_owned(),
             raw_sweep: None,
             judgement: None,
             events: VecDeque::new(),
@@ -155,7 +163,7 @@ impl VirtualPatrol {
     pub(super) fn reference(&self) -> Option<TaughtReference> {
         Some(TaughtReference {
             settings: Arc::clone(&self.settings),
-            reference: self.reference.clone()?,
+            reference: Arc::clone(self.taught.get(&self.waypoint)?),
             cache: self.references.clone(),
         })
     }
@@ -183,6 +191,17 @@ impl VirtualPatrol {
         Some(self.devices.now() - start)
     }
 
+    /// Knows this reference, too.
+    pub(super) fn know(&mut self, waypoint: &str, taught: &TaughtReference) {
+        let reference = Arc::clone(&taught.reference);
+        self.taught.insert(waypoint.to_owned(), reference);
+    }
+
+    /// The next requests are for this waypoint.
+    pub(super) fn stand_at(&mut self, waypoint: &str) {
+        self.waypoint = waypoint.to_owned();
+    }
+
     pub(super) fn teach(&mut self) {
         self.run_request(PatrolTask::Teach).expect("taught");
     }
@@ -197,7 +216,7 @@ impl VirtualPatrol {
         self.events.push_back(PatrolEvent::Requested(PatrolRequest {
             id: self.last_request_id,
             task,
-            waypoint: "hall".to_owned(),
+            waypoint: self.waypoint.clone(),
         }));
         loop {
             self.step();
@@ -238,9 +257,27 @@ impl VirtualPatrol {
         }
     }
 
+    /// As the scanner thread does it.
+    fn report_homing(&mut self) {
+        let homings = self.scanner.as_ref().map(|scanner| scanner.homings());
+        if let Some(homings) = homings.filter(|homings| *homings != self.homings) {
+            self.homings = homings;
+            self.events.push_back(PatrolEvent::HeadHomed);
+        }
+    }
+
     fn perform(&mut self, actions: Vec<PatrolAction>) {
         for action in actions {
             match action {
+                PatrolAction::HomeHead => {
+                    let scanner = self.scanner.as_mut().expect("ready");
+                    let event = match scanner.home(&Cancel::new()) {
+                        Ok(()) => PatrolEvent::HomingDone,
+                        Err(error) => PatrolEvent::DevicesFailed(error.reason),
+                    };
+                    self.report_homing();
+                    self.events.push_back(event);
+                }
                 PatrolAction::OpenDevices => {
                     let event = match self.resume_or_connect() {
                         Ok(()) => PatrolEvent::DevicesReady,
@@ -249,6 +286,7 @@ impl VirtualPatrol {
                         }
                         Err(ConnectError { reason, .. }) => PatrolEvent::DevicesFailed(reason),
                     };
+                    self.report_homing();
                     self.events.push_back(event);
                 }
                 PatrolAction::Prepare(request) => {
@@ -305,7 +343,7 @@ impl VirtualPatrol {
         self.sweep_count += 1;
         let start = self.devices.now();
         let swept = match &mut self.scanner {
-            Some(scanner) => scanner.sweep(&self.settings, Some("hall"), &Cancel::new()),
+            Some(scanner) => scanner.sweep(&self.settings, Some(&self.waypoint), &Cancel::new()),
             None => Err(ScannerError {
                 reason: "the devices are not open".to_owned(),
                 lost: true,
@@ -313,9 +351,10 @@ impl VirtualPatrol {
         };
         self.sweep_duration = self.devices.now() - start;
         assert!(
-            self.sweep_duration < max_sweep_duration(&self.settings, Some("hall")),
+            self.sweep_duration < max_sweep_duration(&self.settings, Some(&self.waypoint)),
             "the watchdog would end the service"
         );
+        self.report_homing();
         let id = request.id;
         match swept {
             Ok(raw_sweep) => {
@@ -337,7 +376,7 @@ impl VirtualPatrol {
         let raw_sweep = self.raw_sweep.take().expect("swept");
         let judgement = judge_sweep(
             request.task,
-            "hall",
+            &self.waypoint,
             &raw_sweep,
             self.repeated_request == Some(request.id),
             self.basis().as_ref(),
@@ -351,6 +390,9 @@ impl VirtualPatrol {
                 .events
                 .push_back(PatrolEvent::LostStepsSuspected(request.id, reason));
         }
+        if let Some(seen) = judgement.turn.clone() {
+            self.events.push_back(PatrolEvent::ViewTurned(seen));
+        }
         self.judgement = Some(judgement);
         self.events
             .push_back(PatrolEvent::Judged(request.id, result));
@@ -358,7 +400,7 @@ impl VirtualPatrol {
 
     fn basis(&self) -> Option<VisitBasis> {
         Some(VisitBasis {
-            reference: (*self.reference.clone()?).clone(),
+            reference: (**self.taught.get(&self.waypoint)?).clone(),
             incidents: self.incidents.clone(),
         })
     }
@@ -376,8 +418,9 @@ impl VirtualPatrol {
                 result
             }
             (Ok(SweepFinding::Reference(gamma)), Some(sweep)) => {
-                let reference = stored_reference(&self.settings, sweep.view, gamma, "of the bytes");
-                self.reference = Some(Arc::new(reference));
+                let reference = stored_reference(&self.settings, sweep.view, gamma, &self.waypoint);
+                self.taught
+                    .insert(self.waypoint.clone(), Arc::new(reference));
                 VisitResult {
                     verdict: Verdict::Quiet,
                     reason: "taught".to_owned(),

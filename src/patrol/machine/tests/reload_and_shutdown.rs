@@ -114,7 +114,7 @@ fn a_shutdown_while_idle_judging_or_lost_ends() {
         [PatrolAction::Exit]
     );
 
-    let (mut lost, _) = PatrolMachine::start();
+    let (mut lost, _) = PatrolMachine::start(0.05, 0.007);
     lost.handle(
         Duration::ZERO,
         PatrolEvent::DevicesFailed("gone".to_owned()),

@@ -5,6 +5,7 @@ use super::{
     empty_sweep, judgement,
 };
 use crate::patrol::event::SettingsChange;
+use crate::patrol::turn_history::SeenTurn;
 use crate::service::scanner_thread::max_sweep_duration;
 use std::sync::mpsc;
 
@@ -121,6 +122,43 @@ fn a_visit_is_swept_again_after_suspected_lost_steps_and_not_before() {
     service.scanner(ScannerEvent::Ready(Value::Null));
     service.sweeping();
     assert!(!repeated(&service));
+}
+
+/// A robot of which nothing is known: three views half a degree of tilt off.
+#[test]
+fn the_turns_of_judged_views_reach_the_patrol() {
+    let mut service = Stepped::new("");
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .build()
+        .expect("a runtime");
+    let _context = runtime.enter();
+    let mut phases = Vec::new();
+    for _ in 0..3 {
+        let id = service.sweeping();
+        service.scanner(ScannerEvent::Swept(id, empty_sweep(), None));
+        let mut seen = judgement(None);
+        seen.turn = Some(SeenTurn {
+            waypoint: "hall".to_owned(),
+            frame_version: 1,
+            pan_rad: 0.0,
+            tilt_rad: Some(0.009),
+        });
+        service
+            .controller
+            .handle_message(ServiceMessage::Judged(id, seen));
+        let failed = crate::patrol::event::RefusalReason::Failed("the disk".to_owned());
+        service
+            .controller
+            .handle_message(ServiceMessage::Recorded(id, Err(failed)));
+        phases.push(service.controller.machine.phase());
+        if phases.ends_with(&["homing"]) {
+            break;
+        }
+    }
+    assert_eq!(phases, ["idle", "homing"]);
+    service.scanner(ScannerEvent::Homed);
+    service.scanner(ScannerEvent::HomingDone);
+    assert_eq!(service.controller.machine.phase(), "idle");
 }
 
 #[test]
