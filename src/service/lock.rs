@@ -1,6 +1,7 @@
 //! One service per store: a lock on a file, released by the system when the process ends.
 
 use super::error::ServiceError;
+use crate::store::share_with_folder;
 use rustix::fs::OFlags;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, Write as _};
@@ -34,6 +35,7 @@ impl StoreLock {
             .custom_flags(OFlags::NOFOLLOW.bits().cast_signed())
             .open(&path)
             .map_err(unusable)?;
+        share_with_folder(&path).map_err(unusable)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {

@@ -6,9 +6,11 @@ use super::error::StoreError;
 use super::journal::position::note_journal_ahead;
 use super::journal::tables::{journal_path, watch_tables};
 use super::reserve::{RESERVE_BYTES, Reserve};
+use super::rights::share_database;
 use rusqlite::{Connection, ErrorCode, OpenFlags, Transaction, TransactionBehavior, ffi};
 use rusqlite_migration::{M, MigrationDefinitionError, Migrations};
 use std::cmp::Ordering;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -81,7 +83,7 @@ impl Store {
             }
             done => done,
         };
-        let db = db.map_err(|error| error.with_path(&path))?;
+        let db = db.map_err(|error| error.with_path(&path).or_forbidden(&path))?;
         Ok(Self::from_parts(dir, db, files, disk))
     }
 
@@ -110,7 +112,7 @@ impl Store {
             }
             opened => opened,
         };
-        let db = db.map_err(|error| error.with_path(&path))?;
+        let db = db.map_err(|error| error.with_path(&path).or_forbidden(&path))?;
         let disk: Arc<dyn Disk> = Arc::new(SystemDisk);
         let files = BlobFiles::new(dir, Arc::clone(&disk));
         Ok(Self::from_parts(dir, db, files, disk))
@@ -127,10 +129,12 @@ impl Store {
 
     fn existing_database(dir: &Path) -> Result<PathBuf, StoreError> {
         let path = database_path(dir);
-        if path.is_file() {
-            Ok(path)
-        } else {
-            Err(StoreError::NoDatabase { path })
+        match std::fs::metadata(&path) {
+            Ok(file) if file.is_file() => Ok(path),
+            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
+                Err(StoreError::forbidden(dir))
+            }
+            _ => Err(StoreError::NoDatabase { path }),
         }
     }
 
@@ -325,6 +329,10 @@ pub(super) fn write_back(db: &Connection) -> rusqlite::Result<()> {
 
 /// Opens or creates the database at `path` and migrates it.
 pub(super) fn open_database(path: &Path) -> Result<Connection, StoreError> {
+    share_database(path).map_err(|source| StoreError::File {
+        path: path.to_owned(),
+        source,
+    })?;
     let mut db = Connection::open(path)?;
     db.busy_timeout(BUSY_TIMEOUT)?;
     check_owner(&db, path)?;

@@ -1,6 +1,7 @@
 //! What the store asks of the disk, behind one trait: a disk of a test fails at a chosen step, counts syncs, and shows
 //! what was not synced.
 
+use super::rights::{share_folder_with_parent, share_with_folder};
 use std::fmt::Debug;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write as _};
@@ -94,15 +95,23 @@ pub struct SystemDisk;
 
 impl Disk for SystemDisk {
     fn create_folder(&self, path: &Path) -> io::Result<()> {
-        fs::create_dir_all(path)
+        let is_new = !path.exists();
+        fs::create_dir_all(path)?;
+        match is_new {
+            true => share_folder_with_parent(path),
+            false => Ok(()),
+        }
     }
 
     fn create(&self, path: &Path) -> io::Result<Box<dyn DiskFile>> {
-        Ok(Box::new(File::create(path)?))
+        let file = File::create(path)?;
+        share_with_folder(path)?;
+        Ok(Box::new(file))
     }
 
     fn append(&self, path: &Path) -> io::Result<Box<dyn DiskFile>> {
         let file = OpenOptions::new().append(true).create(true).open(path)?;
+        share_with_folder(path)?;
         Ok(Box::new(file))
     }
 

@@ -1,6 +1,7 @@
 //! Errors of the store, each with the file and what to do.
 
 use super::advice::{database_advice, file_advice};
+use super::rights::{forbidden, group_of};
 use patrold_engine::blob::BlobError;
 use rusqlite::ErrorCode;
 use std::io;
@@ -30,6 +31,14 @@ pub enum StoreError {
     NoDatabase {
         /// Where it was expected.
         path: PathBuf,
+    },
+    /// This user may not use the store.
+    #[error("{}: this user may not use it; join its group (usermod -aG {group} USER, then log in again), or run this as its owner", path.display())]
+    Forbidden {
+        /// The folder or file.
+        path: PathBuf,
+        /// Its group.
+        group: String,
     },
     /// There is nothing to rebuild a database from.
     #[error("{}: no journal here; restore a backup: patrold restore DIR", path.display())]
@@ -252,6 +261,25 @@ impl StoreError {
                 Some(ErrorCode::DiskFull | ErrorCode::SystemIoFailure)
             ),
             _ => false,
+        }
+    }
+
+    pub(super) fn forbidden(path: &Path) -> Self {
+        Self::Forbidden {
+            path: path.to_owned(),
+            group: group_of(path),
+        }
+    }
+
+    /// What of the database at `path` this user may not use, where that is the reason.
+    pub(super) fn or_forbidden(self, path: &Path) -> Self {
+        let may_be = match &self {
+            Self::File { source, .. } => source.kind() == io::ErrorKind::PermissionDenied,
+            other => other.is_of_the_folder(),
+        };
+        match forbidden(path).filter(|_| may_be) {
+            Some(refused) => Self::forbidden(&refused),
+            None => self,
         }
     }
 

@@ -21,6 +21,7 @@ mod log;
 mod mixtures;
 mod records;
 mod retention;
+mod rights;
 mod space;
 mod teaching;
 mod untouched_rows;
