@@ -1,13 +1,14 @@
 //! `patrold teach NAME`: takes the reference of a waypoint through the service.
 
 use super::failure::{CommandResult, DONE, Failure};
-use super::{client, config, confirm, output};
+use super::{client, config, confirm, output, value_parsers};
 use clap::Args;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(super) struct TeachArgs {
     /// Name of the waypoint where the robot is; created where it is new
+    #[arg(value_parser = value_parsers::parse_waypoint_name)]
     name: String,
     /// Make what these standing alarms show normal; without, a waypoint with standing alarms is not taught
     #[arg(long, value_name = "ID", num_args = 1..)]

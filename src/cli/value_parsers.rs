@@ -1,5 +1,6 @@
 //! Parsers of option values that several commands have.
 
+use crate::patrol::name::waypoint_name_error;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use nalgebra::Point3;
 use patrold_engine::inspect::Engine;
@@ -19,6 +20,14 @@ pub(super) fn engine_values() -> [PossibleValue; 3] {
 /// Reads the name of an engine.
 pub(super) fn engine() -> impl TypedValueParser<Value = Engine> {
     PossibleValuesParser::new(engine_values()).try_map(|name| name.parse::<Engine>())
+}
+
+/// Reads a name that a waypoint can have.
+pub(super) fn parse_waypoint_name(text: &str) -> Result<String, String> {
+    match waypoint_name_error(text) {
+        Some(why) => Err(why),
+        None => Ok(text.to_owned()),
+    }
 }
 
 /// Reads a whole number from 1.

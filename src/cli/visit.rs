@@ -1,7 +1,7 @@
 //! `patrold visit NAME`: inspects a waypoint through the service.
 
 use super::failure::{CommandResult, verdict_exit_code};
-use super::{alarm_report, client, config, output};
+use super::{alarm_report, client, config, output, value_parsers};
 use crate::service::replies::VisitReply;
 use clap::Args;
 use serde_json::json;
@@ -10,6 +10,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(super) struct VisitArgs {
     /// Name of the waypoint where the robot is
+    #[arg(value_parser = value_parsers::parse_waypoint_name)]
     name: String,
     /// Configuration file, for the socket of the service
     #[arg(long, value_name = "FILE")]

@@ -4,6 +4,7 @@ use super::engine::ground_name;
 use super::error::{ConfigError, ConfigProblem};
 use super::layers::{ConfigLayers, ValueOrigin};
 use super::settings::Settings;
+use crate::patrol::name::waypoint_name_error;
 use patrold_engine::distance::GroundDistance;
 
 /// One degree, radians.
@@ -31,6 +32,13 @@ pub(super) fn contradictions(settings: &Settings, layers: &ConfigLayers) -> Vec<
             &["ptu.port", "laser.port"],
             format!("laser.port and ptu.port are both {}", settings.laser.port),
         );
+    }
+    for name in settings.waypoints.keys() {
+        if let Some(why) = waypoint_name_error(name) {
+            let prefix = format!("waypoint.{name}.");
+            let keys = layers.values.keys().filter(|key| key.starts_with(&prefix));
+            report(&keys.map(String::as_str).collect::<Vec<_>>(), why);
+        }
     }
     for (unused, effective) in unused_thresholds(settings, layers) {
         let what = format!(

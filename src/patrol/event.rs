@@ -110,6 +110,8 @@ pub enum PatrolEvent {
     Requested(PatrolRequest),
     /// The client of a request has disconnected.
     ClientGone(u64),
+    /// The client of a request asked to end it.
+    Cancelled(u64),
     /// The waypoint's reference is loaded, or the request is refused.
     Prepared(u64, Result<(), RefusalReason>),
     /// The sweep is complete.

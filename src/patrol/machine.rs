@@ -6,10 +6,12 @@ use super::constants::{INITIAL_RETRY_PAUSE, MAX_QUEUED};
 use super::event::{PatrolEvent, PatrolRequest, PatrolTask, RefusalReason, SettingsChange};
 use super::severity::Severity;
 use super::turn_history::TurnHistory;
+use ending::{CANCELLED_DURING_SWEEP, RequestEnd};
 use std::collections::VecDeque;
 use std::time::Duration;
 
 mod devices;
+mod ending;
 mod lost_steps;
 
 /// State of the devices.
@@ -47,6 +49,19 @@ pub enum RequestStage {
     Recording,
 }
 
+impl RequestStage {
+    /// As in the API.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Preparing => "preparing",
+            Self::Waiting => "waiting",
+            Self::Sweeping => "sweeping",
+            Self::Judging => "judging",
+            Self::Recording => "recording",
+        }
+    }
+}
+
 /// The patrol: one current request, a queue, and the state of the devices.
 #[derive(Debug, Clone)]
 pub struct PatrolMachine {
@@ -59,6 +74,8 @@ pub struct PatrolMachine {
     queue: VecDeque<PatrolRequest>,
     /// Request whose sweep is being cancelled because its client has disconnected.
     abandoned: Option<u64>,
+    /// Visit whose sweep is being cancelled because its client asked for it.
+    cancelled_visit: Option<u64>,
     pending_change: Option<SettingsChange>,
     turns: TurnHistory,
     stopping: bool,
@@ -76,6 +93,7 @@ impl PatrolMachine {
             current: None,
             queue: VecDeque::new(),
             abandoned: None,
+            cancelled_visit: None,
             pending_change: None,
             turns: TurnHistory::new(suspect_pan_rad, suspect_tilt_rad),
             stopping: false,
@@ -99,9 +117,9 @@ impl PatrolMachine {
         self.current.as_ref().map(|(r, stage)| (r, *stage))
     }
 
-    /// Whether the sweep of this request ends early because its client is gone or the service stops.
+    /// Whether the sweep of this request ends early: its client is gone or asked for it, or the service stops.
     pub fn is_cancelled(&self, id: u64) -> bool {
-        self.stopping || self.abandoned == Some(id)
+        self.stopping || [self.abandoned, self.cancelled_visit].contains(&Some(id))
     }
 
     /// Number of requests in the queue.
@@ -150,7 +168,8 @@ impl PatrolMachine {
                 }
             }
             PatrolEvent::Requested(request) => self.enqueue(request, &mut out),
-            PatrolEvent::ClientGone(id) => self.client_gone(id, &mut out),
+            PatrolEvent::ClientGone(id) => self.end_request(id, RequestEnd::ClientGone, &mut out),
+            PatrolEvent::Cancelled(id) => self.end_request(id, RequestEnd::Cancelled, &mut out),
             PatrolEvent::Prepared(id, result) => {
                 if let Some(request) = self.take_current(id, RequestStage::Preparing) {
                     match result {
@@ -234,31 +253,6 @@ impl PatrolMachine {
         }
     }
 
-    /// The robot may move on once its client is gone, so a sweep is not started. A started visit is finished, because its
-    /// alarm matters to others; a reference is not taken.
-    fn client_gone(&mut self, id: u64, out: &mut Vec<PatrolAction>) {
-        if let Some(at) = self.queue.iter().position(|r| r.id == id) {
-            out.extend(self.queue.remove(at).map(PatrolAction::Abandon));
-            return;
-        }
-        let Some((request, stage)) = self.current.take_if(|(r, _)| r.id == id) else {
-            return;
-        };
-        match (stage, request.task) {
-            (RequestStage::Preparing | RequestStage::Waiting, _)
-            | (RequestStage::Judging, PatrolTask::Teach | PatrolTask::Sweep) => {
-                out.push(PatrolAction::Abandon(request));
-            }
-            (stage, task) => {
-                if stage == RequestStage::Sweeping && task != PatrolTask::Visit && !self.stopping {
-                    self.abandoned = Some(id);
-                    out.push(PatrolAction::CancelDevices);
-                }
-                self.current = Some((request, stage));
-            }
-        }
-    }
-
     fn start_sweep(&mut self, request: PatrolRequest, out: &mut Vec<PatrolAction>) {
         let stage = match &self.devices {
             DeviceAvailability::Ready => {
@@ -317,6 +311,9 @@ impl PatrolMachine {
             let reason = "the service was stopped before the sweep was judged".to_owned();
             return self.sweep_unavailable(request, reason, out);
         }
+        if self.cancelled_visit.take() == Some(id) {
+            return self.record_not_observed(request, CANCELLED_DURING_SWEEP.to_owned(), out);
+        }
         out.push(PatrolAction::Judge(request.clone()));
         self.current = Some((request, RequestStage::Judging));
     }
@@ -335,6 +332,12 @@ impl PatrolMachine {
             }
             out.push(PatrolAction::Abandon(request));
             return;
+        }
+        if self.cancelled_visit.take() == Some(id) {
+            if lost {
+                self.open(out);
+            }
+            return self.record_not_observed(request, CANCELLED_DURING_SWEEP.to_owned(), out);
         }
         out.push(PatrolAction::LogEvent(
             Severity::Error,
@@ -400,14 +403,6 @@ impl PatrolMachine {
         let matches = matches!(&self.current, Some((r, s)) if r.id == id && *s == stage);
         let taken = if matches { self.current.take() } else { None };
         taken.map(|(request, _)| request)
-    }
-
-    fn take_waiting_for_devices(&mut self) -> Option<PatrolRequest> {
-        let id = match &self.current {
-            Some((request, RequestStage::Waiting)) => request.id,
-            _ => return None,
-        };
-        self.take_current(id, RequestStage::Waiting)
     }
 }
 

@@ -4,5 +4,6 @@ mod constants;
 pub mod action;
 pub mod event;
 pub mod machine;
+pub mod name;
 pub mod severity;
 pub mod turn_history;

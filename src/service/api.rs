@@ -1,16 +1,18 @@
-//! HTTP API on the control socket: POST /visit, /teach, /sweep, /reload, and those of `store_api`; GET /status.
+//! HTTP API on the control socket: POST /visit, /teach, /sweep, /reload, and those of `store_api`; GET /status; what became
+//! of requests whose clients do not wait.
 
+use super::api_body::{JsonObject, NoBody};
 use super::api_reply::{error, respond};
 use super::api_state::{ApiState, Peer};
-use super::constants::MAX_WAYPOINT_NAME_BYTES;
-use super::message::{ClientRequest, ServiceMessage, TeachOptions};
-use super::replies::{ServiceReply, StatusReply};
+use super::connections::serve_connections;
+use super::message::{CancelResult, ClientRequest, ReplyTo, ServiceMessage, TeachOptions};
+use super::replies::{RefusalReply, RequestReply, ServiceReply, StatusReply};
 use super::store_api::{acknowledge, restore};
 use crate::patrol::event::{PatrolTask, RefusalReason};
-use axum::extract::State;
+use crate::patrol::name::waypoint_name_error;
 use axum::extract::connect_info::ConnectInfo;
-use axum::extract::rejection::JsonRejection;
-use axum::http::StatusCode;
+use axum::extract::{Path, State};
+use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
@@ -23,6 +25,8 @@ use tokio::sync::{oneshot, watch};
 #[serde(deny_unknown_fields)]
 struct WaypointRequest {
     waypoint: String,
+    #[serde(default = "waits")]
+    wait: bool,
 }
 
 #[derive(Debug, Deserialize)]
@@ -33,6 +37,12 @@ struct TeachRequest {
     accept: Vec<i64>,
     #[serde(default)]
     new: bool,
+    #[serde(default = "waits")]
+    wait: bool,
+}
+
+fn waits() -> bool {
+    true
 }
 
 /// Serves `listener` until `stop` is sent or dropped, then finishes the requests under way.
@@ -50,54 +60,77 @@ pub(super) async fn serve(
         .route("/ack", post(acknowledge))
         .route("/restore", post(restore))
         .route("/status", get(get_status))
+        .route("/requests/{id}", get(request_state).delete(cancel_request))
         .fallback(unknown_path)
         .method_not_allowed_fallback(wrong_method)
         .with_state(ApiState { inbox, status });
-    let service = routes.into_make_service_with_connect_info::<Peer>();
-    let stopped = async {
-        let _ = stop.await;
-    };
-    let served = axum::serve(listener, service).with_graceful_shutdown(stopped);
-    if let Err(error) = served.await {
-        tracing::error!("control socket failed: {error}");
-    }
+    serve_connections(listener, routes, stop).await;
 }
 
 async fn visit(
     State(state): State<ApiState>,
     ConnectInfo(peer): ConnectInfo<Peer>,
-    request: Result<Json<WaypointRequest>, JsonRejection>,
+    JsonObject(body): JsonObject<WaypointRequest>,
 ) -> Response {
-    let request = request.map(|Json(r)| (r.waypoint, TeachOptions::default()));
-    submit_at_waypoint(&state, &peer, PatrolTask::Visit, request).await
+    let teach = TeachOptions::default();
+    submit_at_waypoint(
+        &state,
+        &peer,
+        PatrolTask::Visit,
+        body.waypoint,
+        teach,
+        body.wait,
+    )
+    .await
 }
 
 async fn teach(
     State(state): State<ApiState>,
     ConnectInfo(peer): ConnectInfo<Peer>,
-    request: Result<Json<TeachRequest>, JsonRejection>,
+    JsonObject(body): JsonObject<TeachRequest>,
 ) -> Response {
-    let request = request.map(|Json(r)| {
-        let (accept, new_name) = (r.accept, r.new);
-        (r.waypoint, TeachOptions { accept, new_name })
-    });
-    submit_at_waypoint(&state, &peer, PatrolTask::Teach, request).await
+    let (accept, new_name) = (body.accept, body.new);
+    let teach = TeachOptions { accept, new_name };
+    submit_at_waypoint(
+        &state,
+        &peer,
+        PatrolTask::Teach,
+        body.waypoint,
+        teach,
+        body.wait,
+    )
+    .await
 }
 
-async fn sweep(State(state): State<ApiState>, ConnectInfo(peer): ConnectInfo<Peer>) -> Response {
+async fn sweep(
+    State(state): State<ApiState>,
+    ConnectInfo(peer): ConnectInfo<Peer>,
+    NoBody: NoBody,
+) -> Response {
     let no_options = TeachOptions::default();
-    submit(&state, &peer, PatrolTask::Sweep, String::new(), no_options).await
+    submit(
+        &state,
+        &peer,
+        PatrolTask::Sweep,
+        String::new(),
+        no_options,
+        true,
+    )
+    .await
 }
 
 /// Answers when the files are in force, or refused.
-async fn reload(State(state): State<ApiState>, ConnectInfo(peer): ConnectInfo<Peer>) -> Response {
+async fn reload(
+    State(state): State<ApiState>,
+    ConnectInfo(peer): ConnectInfo<Peer>,
+    NoBody: NoBody,
+) -> Response {
     tracing::info!("reload requested by {peer}");
     let (client, reply) = oneshot::channel();
     let sent = state.inbox.send(ServiceMessage::ReloadRequested(client));
     match (sent, reply.await) {
         (Ok(()), Ok(reply)) => Json(reply).into_response(),
-        // The sender is dropped without a reply when the service ends.
-        _ => respond(ServiceReply::Refused(RefusalReason::Stopping)),
+        _ => stopping(),
     }
 }
 
@@ -106,85 +139,118 @@ async fn get_status(State(state): State<ApiState>) -> Response {
     Json(status).into_response()
 }
 
-async fn unknown_path() -> Response {
-    let paths = "POST /visit, /teach, /sweep, /reload, /ack, /restore; GET /status";
+async fn request_state(State(state): State<ApiState>, Path(id): Path<String>) -> Response {
+    let (client, reply) = oneshot::channel();
+    let message = ServiceMessage::RequestState(id.clone(), client);
+    match (state.inbox.send(message), reply.await) {
+        (Ok(()), Ok(Some(reply))) => Json(reply).into_response(),
+        (Ok(()), Ok(None)) => unknown_request(&id),
+        _ => stopping(),
+    }
+}
+
+async fn cancel_request(
+    State(state): State<ApiState>,
+    ConnectInfo(peer): ConnectInfo<Peer>,
+    Path(id): Path<String>,
+) -> Response {
+    tracing::info!("end of request {id:?} requested by {peer}");
+    let (client, reply) = oneshot::channel();
+    let message = ServiceMessage::CancelRequest(id.clone(), client);
+    match (state.inbox.send(message), reply.await) {
+        (Ok(()), Ok(CancelResult::Cancelled(reply))) => Json(reply).into_response(),
+        (Ok(()), Ok(CancelResult::TooLate(now))) => error(
+            StatusCode::CONFLICT,
+            format!("too late to cancel: {now}; GET /requests/{id} has the outcome"),
+        ),
+        (Ok(()), Ok(CancelResult::Unknown)) => unknown_request(&id),
+        _ => stopping(),
+    }
+}
+
+fn unknown_request(id: &str) -> Response {
     error(
         StatusCode::NOT_FOUND,
-        format!("no such path; there are {paths}"),
+        format!(
+            "no request {id:?}, or finished long ago, or before a start of the service; `patrold visits` has its outcome"
+        ),
+    )
+}
+
+const PATHS: &str = "POST /visit, /teach, /sweep, /reload, /ack, /restore; GET /status, /requests/ID; DELETE /requests/ID";
+
+async fn unknown_path() -> Response {
+    error(
+        StatusCode::NOT_FOUND,
+        format!("no such path; there are {PATHS}"),
     )
 }
 
 async fn wrong_method() -> Response {
-    let text = "wrong method: POST /visit, /teach, /sweep, /reload, /ack, /restore; GET /status";
-    error(StatusCode::METHOD_NOT_ALLOWED, text.to_owned())
+    error(
+        StatusCode::METHOD_NOT_ALLOWED,
+        format!("wrong method; there are {PATHS}"),
+    )
 }
 
 async fn submit_at_waypoint(
     state: &ApiState,
     peer: &Peer,
     task: PatrolTask,
-    request: Result<(String, TeachOptions), JsonRejection>,
+    waypoint: String,
+    teach: TeachOptions,
+    wait: bool,
 ) -> Response {
-    let (waypoint, teach) = match request {
-        Ok(request) => request,
-        Err(rejection) => {
-            let text = rejection.body_text();
-            return error(rejection.status(), text.replace('\n', " "));
-        }
-    };
     match waypoint_name_error(&waypoint) {
         Some(text) => error(StatusCode::BAD_REQUEST, text),
-        None => submit(state, peer, task, waypoint, teach).await,
+        None => submit(state, peer, task, waypoint, teach, wait).await,
     }
 }
 
+/// Answers with the outcome, or where the client does not wait at once, with how to ask for it.
 async fn submit(
     state: &ApiState,
     peer: &Peer,
     task: PatrolTask,
     waypoint: String,
     teach: TeachOptions,
+    wait: bool,
 ) -> Response {
     tracing::info!(WAYPOINT = %waypoint, "{} {waypoint} requested by {peer}", task.as_str());
-    let (reply_to, reply) = oneshot::channel();
-    let request = ClientRequest {
-        task,
-        waypoint,
-        teach,
-        reply_to,
+    let send = |reply_to| {
+        let request = ClientRequest {
+            task,
+            waypoint,
+            teach,
+            reply_to,
+        };
+        state.inbox.send(ServiceMessage::Request(request)).is_ok()
     };
-    if state.inbox.send(ServiceMessage::Request(request)).is_err() {
-        return respond(ServiceReply::Refused(RefusalReason::Stopping));
+    if wait {
+        let (client, reply) = oneshot::channel();
+        return match (send(ReplyTo::Client(client)), reply.await) {
+            (true, Ok(reply)) => respond(reply),
+            _ => stopping(),
+        };
     }
-    // The sender is dropped without a reply when the service ends.
-    respond(
-        reply
-            .await
-            .unwrap_or(ServiceReply::Refused(RefusalReason::Stopping)),
-    )
+    let (client, reply) = oneshot::channel();
+    match (send(ReplyTo::Later(client)), reply.await) {
+        (true, Ok(reply)) => accepted(&reply),
+        _ => stopping(),
+    }
 }
 
-/// A name must fit into the configuration's `[waypoint.NAME]`, a shell and a log line.
-fn waypoint_name_error(name: &str) -> Option<String> {
-    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
-    let valid =
-        !name.is_empty() && name.len() <= MAX_WAYPOINT_NAME_BYTES && name.chars().all(allowed);
-    (!valid).then(|| {
-        format!("a waypoint's name is 1 to {MAX_WAYPOINT_NAME_BYTES} letters, digits, '-', '_' or '.', got {name:?}")
-    })
+/// What cannot be done at all is refused as to a client that waits.
+fn accepted(reply: &RequestReply) -> Response {
+    if let Some(RefusalReply { status, reply }) = &reply.refusal {
+        let status = StatusCode::from_u16(*status).unwrap_or(StatusCode::SERVICE_UNAVAILABLE);
+        return (status, Json(reply)).into_response();
+    }
+    let place = [(header::LOCATION, format!("/requests/{}", reply.id))];
+    (StatusCode::ACCEPTED, place, Json(reply)).into_response()
 }
 
-#[cfg(test)]
-mod tests {
-    use super::waypoint_name_error;
-
-    #[test]
-    fn waypoint_names_are_checked() {
-        for valid in ["hall", "hall-2", "küche", "a.b_c"] {
-            assert_eq!(waypoint_name_error(valid), None, "{valid}");
-        }
-        for invalid in ["", "two words", "a/b", "a\nb", &"x".repeat(65)] {
-            assert!(waypoint_name_error(invalid).is_some(), "{invalid:?}");
-        }
-    }
+/// The service drops whom it owes a reply when it ends.
+fn stopping() -> Response {
+    respond(ServiceReply::Refused(RefusalReason::Stopping))
 }

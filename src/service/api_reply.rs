@@ -22,26 +22,22 @@ pub(super) fn respond(reply: ServiceReply) -> Response {
             (headers, sweep.ply).into_response()
         }
         ServiceReply::Refused(refusal) => {
-            let code = match &refusal {
-                RefusalReason::UnknownWaypoint(_) => StatusCode::NOT_FOUND,
-                RefusalReason::NoReference(_)
-                | RefusalReason::Undecided(_)
-                | RefusalReason::NearName { .. } => StatusCode::CONFLICT,
-                RefusalReason::BadSweep(_) => StatusCode::UNPROCESSABLE_ENTITY,
-                RefusalReason::Busy | RefusalReason::Stopping | RefusalReason::NoSweep(_) => {
-                    StatusCode::SERVICE_UNAVAILABLE
-                }
-                RefusalReason::Failed(_) => StatusCode::INTERNAL_SERVER_ERROR,
-            };
-            let reply = ErrorReply {
-                error: refusal.to_string(),
-                nearly: match refusal {
-                    RefusalReason::NearName { known, .. } => Some(known),
-                    _ => None,
-                },
-            };
-            (code, Json(reply)).into_response()
+            (refusal_status(&refusal), Json(ErrorReply::from(&refusal))).into_response()
         }
+    }
+}
+
+pub(super) fn refusal_status(refusal: &RefusalReason) -> StatusCode {
+    match refusal {
+        RefusalReason::UnknownWaypoint(_) => StatusCode::NOT_FOUND,
+        RefusalReason::NoReference(_)
+        | RefusalReason::Undecided(_)
+        | RefusalReason::NearName { .. } => StatusCode::CONFLICT,
+        RefusalReason::BadSweep(_) => StatusCode::UNPROCESSABLE_ENTITY,
+        RefusalReason::Busy | RefusalReason::Stopping | RefusalReason::NoSweep(_) => {
+            StatusCode::SERVICE_UNAVAILABLE
+        }
+        RefusalReason::Failed(_) => StatusCode::INTERNAL_SERVER_ERROR,
     }
 }
 

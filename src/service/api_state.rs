@@ -2,9 +2,7 @@
 
 use super::message::ServiceMessage;
 use super::replies::StatusReply;
-use axum::extract::connect_info::Connected;
-use axum::serve::IncomingStream;
-use tokio::net::UnixListener;
+use tokio::net::UnixStream;
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::sync::watch;
 
@@ -19,15 +17,13 @@ pub(super) struct ApiState {
 pub(super) struct Peer(Option<(u32, Option<i32>)>);
 
 impl Peer {
+    pub(super) fn of(stream: &UnixStream) -> Self {
+        let credentials = stream.peer_cred().ok();
+        Self(credentials.map(|c| (c.uid(), c.pid())))
+    }
+
     pub(super) fn uid(&self) -> Option<u32> {
         self.0.map(|(uid, _)| uid)
-    }
-}
-
-impl Connected<IncomingStream<'_, UnixListener>> for Peer {
-    fn connect_info(stream: IncomingStream<'_, UnixListener>) -> Self {
-        let credentials = stream.io().peer_cred().ok();
-        Self(credentials.map(|c| (c.uid(), c.pid())))
     }
 }
 

@@ -64,7 +64,30 @@ pub(super) const WALL_CLOCK_STEP: Duration = Duration::from_secs(60);
 /// Waypoints that nobody visits are looked for this often; `alarms.unseen_after` is in hours.
 pub(super) const UNSEEN_CHECK_INTERVAL: Duration = Duration::from_secs(60);
 
-pub(super) const MAX_WAYPOINT_NAME_BYTES: usize = 64;
+/// Most connections of the control socket. A robot has one; its people and their programs a few more. Each costs a
+/// descriptor of the 1024 that a process has by default.
+pub(super) const MAX_CONNECTIONS: usize = 64;
+
+/// For the head of a request, from the connection or the answer before: also how long a connection may idle.
+pub(super) const REQUEST_HEAD_LIMIT: Duration = Duration::from_secs(10);
+
+/// For the body of a request, after its head.
+pub(super) const REQUEST_BODY_LIMIT: Duration = Duration::from_secs(5);
+
+/// From a write that the client does not take to the end of its connection.
+pub(super) const REPLY_STALL_LIMIT: Duration = Duration::from_secs(10);
+
+/// Longest body of a request: a thousand times the usual one.
+pub(super) const MAX_REQUEST_BYTES: usize = 64 * 1024;
+
+/// Pause after a connection that the system could not accept, as where no descriptor is left.
+pub(super) const ACCEPT_RETRY_PAUSE: Duration = Duration::from_millis(100);
+
+/// How many finished requests of clients that do not wait stay readable.
+pub(super) const MAX_FINISHED_REQUESTS: usize = 100;
+
+/// How long they do.
+pub(super) const FINISHED_REQUEST_KEPT_FOR: Duration = Duration::from_secs(3600);
 
 /// What is nearer than this stands before the sensor, metres: a hand, a cover, a pillar that the robot touches.
 pub(super) const BLOCKED_WITHIN_M: f64 = 0.35;

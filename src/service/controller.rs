@@ -3,8 +3,9 @@
 use super::active_request::ActiveRequest;
 use super::constants::JUDGE_LIMIT;
 use super::judgement::{SweepJudgement, judge_sweep};
+use super::later_requests::LaterRequests;
 use super::logging::LogLevelHandle;
-use super::message::{ClientRequest, ServiceMessage, TeachOptions};
+use super::message::{ServiceMessage, TeachOptions};
 use super::message_id;
 use super::record_time::record_time_now;
 use super::reference_cache::ReferenceCache;
@@ -15,6 +16,7 @@ use super::storage_watch::StorageWatch;
 use super::store_writer::StoreWriter;
 use super::systemd::SystemdNotifier;
 use super::wall_clock::WallClockMonitor;
+use super::work_estimate::{WorkEstimate, planned_sweep};
 use crate::config::{LoadedConfig, Settings};
 use crate::patrol::action::PatrolAction;
 use crate::patrol::event::{PatrolEvent, PatrolRequest, PatrolTask};
@@ -31,10 +33,13 @@ mod acknowledging;
 mod clients;
 mod housekeeping;
 mod preparing;
+mod requests;
 mod scanner_events;
 mod storage;
 mod reloading;
 mod restoring;
+
+use requests::sweep_request;
 
 /// Threads and channels that the controller acts through.
 pub(super) struct Services {
@@ -60,6 +65,8 @@ pub(super) struct Controller {
     references: ReferenceCache,
     /// Waiting clients by request id.
     reply_channels: HashMap<u64, oneshot::Sender<ServiceReply>>,
+    /// Those whose clients do not wait.
+    later: LaterRequests,
     /// Of requests that have not begun.
     teach_options: HashMap<u64, TeachOptions>,
     last_request_id: u64,
@@ -70,6 +77,7 @@ pub(super) struct Controller {
     step_started: Instant,
     /// On the devices' clock.
     sweep_started: Duration,
+    estimate: WorkEstimate,
     judging: bool,
     overdue: bool,
     retention_due: Instant,
@@ -80,6 +88,8 @@ pub(super) struct Controller {
     restore: Option<RunningRestore>,
     /// What was last noted of each subject.
     health: HashMap<&'static str, Option<String>>,
+    /// The last note of each device.
+    device_notes: HashMap<String, String>,
     exited: bool,
     started: Instant,
     wall_clock: WallClockMonitor,
@@ -99,6 +109,7 @@ impl Controller {
             reload_clients: Vec::new(),
             references: ReferenceCache::default(),
             reply_channels: HashMap::new(),
+            later: LaterRequests::new(jiff::Timestamp::now()),
             teach_options: HashMap::new(),
             last_request_id: 0,
             active: None,
@@ -106,6 +117,7 @@ impl Controller {
             recorded_reply: None,
             step_started: now,
             sweep_started: Duration::ZERO,
+            estimate: WorkEstimate::new(),
             judging: false,
             overdue: false,
             retention_due: now,
@@ -115,6 +127,7 @@ impl Controller {
             unseen_due: now,
             restore: None,
             health: HashMap::new(),
+            device_notes: HashMap::new(),
             exited: false,
             started: now,
             wall_clock: WallClockMonitor::default(),
@@ -143,7 +156,9 @@ impl Controller {
         self.drop_disconnected_clients();
         let event = match message {
             ServiceMessage::Scanner(event) => self.scanner_event(event),
-            ServiceMessage::Request(request) => self.request_event(request),
+            ServiceMessage::Request(request) => return self.accept_request(request),
+            ServiceMessage::RequestState(id, client) => return self.report_request(&id, client),
+            ServiceMessage::CancelRequest(id, client) => return self.cancel_request(&id, client),
             ServiceMessage::Prepared(id, found) => {
                 let found = found.map(|basis| {
                     if let Some(active) = self.active.as_mut().filter(|a| a.request.id == id) {
@@ -201,7 +216,7 @@ impl Controller {
             // The loop reads the files and sends what they have.
             ServiceMessage::ReloadRequested(_) => return,
             ServiceMessage::Note(severity, device, text) => {
-                return self.log_event(severity, &device, text);
+                return self.log_note(severity, device, text);
             }
         };
         self.handle(event);
@@ -266,20 +281,6 @@ impl Controller {
         self.perform(actions);
     }
 
-    fn request_event(&mut self, request: ClientRequest) -> PatrolEvent {
-        self.last_request_id += 1;
-        let id = self.last_request_id;
-        self.reply_channels.insert(id, request.reply_to);
-        if request.task == PatrolTask::Teach {
-            self.teach_options.insert(id, request.teach);
-        }
-        PatrolEvent::Requested(PatrolRequest {
-            id,
-            task: request.task,
-            waypoint: request.waypoint,
-        })
-    }
-
     fn perform(&mut self, actions: Vec<PatrolAction>) {
         for action in actions {
             match action {
@@ -305,7 +306,7 @@ impl Controller {
                 PatrolAction::Abandon(request) => self.abandon(&request),
                 PatrolAction::ApplySettings => self.apply_settings(),
                 PatrolAction::KeepSettings(errors) => self.keep_settings(&errors),
-                PatrolAction::LogEvent(severity, text) => self.log_event(severity, "devices", text),
+                PatrolAction::LogEvent(severity, text) => self.log_patrol(severity, text),
                 PatrolAction::Exit => self.exited = true,
             }
         }
@@ -325,7 +326,10 @@ impl Controller {
         let waypoint = (request.task != PatrolTask::Sweep).then(|| request.waypoint.clone());
         let mut active = self.active_for(request);
         active.settings = Arc::clone(&self.settings);
-        self.sweep_started = self.services.scanner.clock().now();
+        let clock = self.services.scanner.clock();
+        self.sweep_started = clock.now();
+        let planned = planned_sweep(&sweep_request(&active.settings, waypoint.as_deref()), clock);
+        self.estimate.start_sweep(planned);
         self.services
             .scanner
             .sweep(active.request.id, Arc::clone(&active.settings), waypoint);

@@ -1,7 +1,7 @@
 //! Messages to the service loop.
 
 use super::judgement::{SweepJudgement, VisitBasis};
-use super::replies::{AckReply, ReloadReply, ServiceReply};
+use super::replies::{AckReply, ReloadReply, RequestReply, ServiceReply};
 use super::scanner_thread::ScannerEvent;
 use crate::alarm::AlarmAnswer;
 use crate::config::{ConfigError, LoadedConfig};
@@ -53,7 +53,25 @@ pub(super) struct ClientRequest {
     /// Empty for a bare sweep.
     pub(super) waypoint: String,
     pub(super) teach: TeachOptions,
-    pub(super) reply_to: oneshot::Sender<ServiceReply>,
+    pub(super) reply_to: ReplyTo,
+}
+
+/// How the outcome of a request gets to its client.
+#[derive(Debug)]
+pub(super) enum ReplyTo {
+    /// The client waits for it; where it hangs up, it is gone.
+    Client(oneshot::Sender<ServiceReply>),
+    /// The client asks for it later, by what it gets now.
+    Later(oneshot::Sender<RequestReply>),
+}
+
+/// What became of the wish to end a request.
+#[derive(Debug)]
+pub(super) enum CancelResult {
+    Cancelled(RequestReply),
+    /// Its sweep is taken; the state in which it is.
+    TooLate(String),
+    Unknown,
 }
 
 /// Numbers are request ids.
@@ -61,6 +79,10 @@ pub(super) struct ClientRequest {
 pub(super) enum ServiceMessage {
     Scanner(ScannerEvent),
     Request(ClientRequest),
+    /// A client asks for the state of a request by its id.
+    RequestState(String, oneshot::Sender<Option<RequestReply>>),
+    /// A client ends a request.
+    CancelRequest(String, oneshot::Sender<CancelResult>),
     /// The waypoint's reference and incidents were looked up; a new waypoint has none.
     Prepared(u64, Result<Option<Box<VisitBasis>>, RefusalReason>),
     Judged(u64, Box<SweepJudgement>),

@@ -2,15 +2,19 @@
 
 mod active_request;
 mod api;
+mod api_body;
 mod api_reply;
 mod api_state;
 #[cfg(test)]
 mod captured_log;
+mod connection;
+mod connections;
 mod constants;
 mod controller;
 mod database_check;
 mod error;
 mod judgement;
+mod later_requests;
 mod lock;
 mod logging;
 mod message;
@@ -33,6 +37,8 @@ mod systemd;
 #[cfg(test)]
 mod visit_tests;
 mod wall_clock;
+mod work_estimate;
+mod write_limit;
 
 pub use api_reply::SWEEP_INFO_HEADER;
 pub use error::ServiceError;
@@ -44,3 +50,4 @@ pub use record_time::record_time_now;
 pub use run::{ServiceParts, run, run_until, serve};
 pub use scanner::{ConnectError, DeviceNoteSink, Scanner, ScannerConnector, ScannerError};
 pub use station_scanner::StationConnector;
+pub use work_estimate::planned_sweep;

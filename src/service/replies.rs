@@ -182,6 +182,51 @@ pub struct CurrentStatus {
     pub task: String,
     /// Empty for a bare sweep.
     pub waypoint: String,
+    /// How far it is.
+    #[serde(default)]
+    pub progress: WorkProgress,
+}
+
+/// How far a request is.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct WorkProgress {
+    /// 0 to 1.
+    pub share: f64,
+    /// Expected, of wall time; null where nobody knows.
+    pub seconds_left: Option<f64>,
+}
+
+/// Answer to `GET /requests/ID`: a request whose client does not wait.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RequestReply {
+    /// Names it as long as this service runs, and no request of another run.
+    pub id: String,
+    /// visit or teach.
+    pub task: String,
+    /// Name of the waypoint.
+    pub waypoint: String,
+    /// waiting, preparing, sweeping, judging, recording; then done, refused or cancelled.
+    pub state: String,
+    /// Whether its client asked to end it.
+    pub cancelled: bool,
+    /// While it is under way.
+    pub progress: Option<WorkProgress>,
+    /// Outcome of a visit that is done.
+    pub visit: Option<Box<VisitReply>>,
+    /// Outcome of a teach that is done.
+    pub teach: Option<Box<TeachReply>>,
+    /// Why it was refused.
+    pub refusal: Option<RefusalReply>,
+}
+
+/// Why a request was refused, as a client that waits would have had it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RefusalReply {
+    /// Of HTTP.
+    pub status: u16,
+    /// The body.
+    #[serde(flatten)]
+    pub reply: ErrorReply,
 }
 
 /// What became of reading the configuration's files.
@@ -237,4 +282,16 @@ pub struct ErrorReply {
     /// The known waypoint whose name the new one nearly has, where that is why.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nearly: Option<String>,
+}
+
+impl From<&RefusalReason> for ErrorReply {
+    fn from(refusal: &RefusalReason) -> Self {
+        Self {
+            error: refusal.to_string(),
+            nearly: match refusal {
+                RefusalReason::NearName { known, .. } => Some(known.clone()),
+                _ => None,
+            },
+        }
+    }
 }

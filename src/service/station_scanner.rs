@@ -68,7 +68,7 @@ impl ScannerConnector for StationConnector {
     ) -> Result<Box<dyn Scanner>, ConnectError> {
         let (sender, receiver) = mpsc::channel();
         let (sink, last_notes) = (notes.clone(), Arc::clone(&self.last_notes));
-        thread::Builder::new()
+        let forwarding = thread::Builder::new()
             .name("patrold-notes".to_owned())
             .spawn(move || forward_notes(&receiver, &sink, &last_notes))
             .map_err(|error| ConnectError {
@@ -76,7 +76,11 @@ impl ScannerConnector for StationConnector {
                 absent: false,
             })?;
         let opened = (self.open)(settings, sender, &self.trust, cancel);
-        let mut station = opened.map_err(connect_error)?;
+        let mut station = opened.map_err(|error| {
+            // The notes come before the failure that they explain; nothing sends any more.
+            let _ = forwarding.join();
+            connect_error(error)
+        })?;
         if !station.position_trusted() {
             station.home(cancel).map_err(connect_error)?;
         }

@@ -1,5 +1,6 @@
 //! Requests that are about the store alone: POST /ack, POST /restore.
 
+use super::api_body::JsonObject;
 use super::api_reply::{error, respond};
 use super::api_state::{ApiState, Peer};
 use super::message::{AckRequest, ServiceMessage};
@@ -11,7 +12,6 @@ use crate::store::StoreError;
 use axum::Json;
 use axum::extract::State;
 use axum::extract::connect_info::ConnectInfo;
-use axum::extract::rejection::JsonRejection;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
@@ -40,24 +40,16 @@ fn stopping() -> Response {
     respond(ServiceReply::Refused(RefusalReason::Stopping))
 }
 
-fn refused(rejection: &JsonRejection) -> Response {
-    error(rejection.status(), rejection.body_text().replace('\n', " "))
-}
-
 /// Answers when it is on disk.
 pub(super) async fn acknowledge(
     State(state): State<ApiState>,
     ConnectInfo(peer): ConnectInfo<Peer>,
-    body: Result<Json<AckBody>, JsonRejection>,
+    JsonObject(body): JsonObject<AckBody>,
 ) -> Response {
-    let body = match body {
-        Ok(Json(body)) => body,
-        Err(rejection) => return refused(&rejection),
-    };
     let answer = body.answer.as_deref().map(AlarmAnswer::from_text);
     if answer == Some(None) {
         let text = "answer: expected \"confirmed\" or \"false_alarm\"";
-        return error(StatusCode::UNPROCESSABLE_ENTITY, text.to_owned());
+        return error(StatusCode::BAD_REQUEST, text.to_owned());
     }
     let by = match peer.uid() {
         Some(uid) => operator(body.by.as_deref(), uid),
@@ -86,15 +78,11 @@ pub(super) async fn acknowledge(
 pub(super) async fn restore(
     State(state): State<ApiState>,
     ConnectInfo(peer): ConnectInfo<Peer>,
-    body: Result<Json<RestoreBody>, JsonRejection>,
+    JsonObject(RestoreBody { dir }): JsonObject<RestoreBody>,
 ) -> Response {
-    let dir = match body {
-        Ok(Json(body)) => body.dir,
-        Err(rejection) => return refused(&rejection),
-    };
     if !dir.is_absolute() {
         let text = format!("dir: expected an absolute path, got {}", dir.display());
-        return error(StatusCode::UNPROCESSABLE_ENTITY, text);
+        return error(StatusCode::BAD_REQUEST, text);
     }
     tracing::info!("restore from {} requested by {peer}", dir.display());
     let (reply_to, reply) = oneshot::channel();

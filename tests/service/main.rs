@@ -11,6 +11,7 @@ mod reload;
 mod restoring;
 #[path = "../harness/schema.rs"]
 mod schema;
+mod socket;
 mod storage;
 #[path = "../harness/stored_mixture.rs"]
 mod stored_mixture;
@@ -294,7 +295,7 @@ fn wrong_requests_get_one_line_each() {
     for (method, path, body, status) in [
         ("POST", "/visit", "{\"waypoint\": \"two words\"}", 400),
         ("POST", "/visit", "{\"waypoint\": \"", 400),
-        ("POST", "/visit", "{\"way\": \"hall\"}", 422),
+        ("POST", "/visit", "{\"way\": \"hall\"}", 400),
         ("GET", "/visit", "", 405),
         ("POST", "/nowhere", "", 404),
     ] {

@@ -148,3 +148,28 @@ fn all_configuration_errors_are_reported_at_once() {
     assert_eq!(run.status.code(), Some(2));
     assert_eq!(stderr(&run).lines().count(), 2, "{}", stderr(&run));
 }
+
+#[test]
+fn a_missing_device_is_logged_once() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let dir = dir.path();
+    configure(dir, "");
+    let notify = NotifySocket::listen(dir);
+    let mut child = patrold(dir, &["run"])
+        .env("NOTIFY_SOCKET", dir.join("notify"))
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    // Found missing, tried again, found missing again.
+    notify.wait_for("STATUS=devices lost; devices lost: ");
+    notify.wait_for("STATUS=starting");
+    notify.wait_for("STATUS=devices lost; devices lost: ");
+    signal(&child, "-TERM");
+    let mut log = String::new();
+    let mut pipe = child.stderr.take().expect("piped");
+    std::io::Read::read_to_string(&mut pipe, &mut log).expect("a log");
+    child.wait().expect("ends");
+    // The first one that is found missing; the other one where it was found so by then.
+    let times = ["no-laser", "no-ptu"].map(|missing| log.matches(missing).count());
+    assert!(times.contains(&1) && times.iter().all(|n| *n <= 1), "{log}");
+}

@@ -8,6 +8,7 @@ use crate::cli::alarm_report::novelty_text;
 use crate::cli::failure::{CommandResult, DONE, Failure};
 use crate::cli::filter_args::RangeArgs;
 use crate::cli::threshold_warning::never_alarms_text;
+use crate::cli::value_parsers::parse_waypoint_name;
 use crate::cli::{config, files, output};
 use crate::config::{Settings, ground_name};
 use crate::store::Store;
@@ -25,7 +26,7 @@ pub(crate) struct TuneArgs {
     #[command(flatten)]
     range: RangeArgs,
     /// Only this waypoint
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = parse_waypoint_name)]
     waypoint: Option<String>,
     /// Wanted share of visits to an unchanged place that alarm
     #[arg(long, value_name = "RATE", default_value_t = 0.01, value_parser = parse_rate)]

@@ -97,4 +97,12 @@ impl PatrolMachine {
             self.sweep_unavailable(request, reason, out);
         }
     }
+
+    pub(super) fn take_waiting_for_devices(&mut self) -> Option<PatrolRequest> {
+        let id = match &self.current {
+            Some((request, RequestStage::Waiting)) => request.id,
+            _ => return None,
+        };
+        self.take_current(id, RequestStage::Waiting)
+    }
 }

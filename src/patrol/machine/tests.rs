@@ -7,6 +7,7 @@ use crate::patrol::event::{PatrolEvent, PatrolRequest, PatrolTask, RefusalReason
 use crate::patrol::severity::Severity;
 use std::time::Duration;
 
+mod cancelled;
 mod departed_clients;
 mod homing;
 mod reload_and_shutdown;

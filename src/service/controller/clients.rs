@@ -5,6 +5,7 @@ use crate::patrol::event::{PatrolEvent, PatrolRequest};
 use crate::patrol::severity::Severity;
 use crate::service::message_id;
 use crate::service::replies::{ServiceReply, VisitReply};
+use std::time::Instant;
 
 impl Controller {
     pub(super) fn reply(&mut self, request: &PatrolRequest) {
@@ -30,9 +31,10 @@ impl Controller {
     }
 
     pub(super) fn send_reply(&mut self, id: u64, reply: ServiceReply) {
-        if let Some(channel) = self.reply_channels.remove(&id) {
+        match self.reply_channels.remove(&id) {
             // The client may have disconnected; the log has the outcome.
-            let _ = channel.send(reply);
+            Some(channel) => drop(channel.send(reply)),
+            None => drop(self.later.finish(id, reply, Instant::now())),
         }
     }
 
@@ -59,7 +61,11 @@ impl Controller {
         self.judging = false;
         let (task, waypoint) = (request.task.as_str(), &request.waypoint);
         let name = format!("{task} {waypoint}");
-        let text = format!("{} dropped: the client disconnected", name.trim_end());
+        let why = match self.later.drop_request(request.id, Instant::now()) {
+            true => "cancelled by its client",
+            false => "the client disconnected",
+        };
+        let text = format!("{} dropped: {why}", name.trim_end());
         self.log_event(Severity::Warning, "service", text);
     }
 }

@@ -30,6 +30,22 @@ impl Controller {
         );
     }
 
+    pub(super) fn log_note(&mut self, severity: Severity, device: String, text: String) {
+        self.log_event(severity, &device, text.clone());
+        self.device_notes.insert(device, text);
+    }
+
+    /// What the patrol says of its devices. A device that said it itself is not logged twice.
+    pub(super) fn log_patrol(&mut self, severity: Severity, text: String) {
+        let is_noted = self
+            .device_notes
+            .values()
+            .any(|note| note.starts_with(&text));
+        if !is_noted {
+            self.log_event(severity, "devices", text);
+        }
+    }
+
     /// `None`: nothing is wrong with the subject. What was noted already is not noted again, unless it could not be written.
     pub(super) fn note_health(&mut self, subject: &'static str, reason: Option<&str>) {
         let reason = reason.map(|text| text.replace('\n', " "));
@@ -123,9 +139,13 @@ impl Controller {
             DeviceAvailability::Lost { reason, .. } => ("lost", Some(reason.clone())),
             DeviceAvailability::Closed => ("closed", None),
         };
-        let current = self.machine.current().map(|(request, _)| CurrentStatus {
+        let current = self.machine.current();
+        let stage = current.map(|(request, stage)| (request.id, stage));
+        self.estimate.update(stage, Instant::now());
+        let current = current.map(|(request, _)| CurrentStatus {
             task: request.task.as_str().to_owned(),
             waypoint: request.waypoint.clone(),
+            progress: self.progress_of(request),
         });
         let phase = self.machine.phase();
         let mut line = match &current {

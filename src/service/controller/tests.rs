@@ -7,7 +7,7 @@ use crate::devices::Cancel;
 use crate::patrol::event::PatrolTask;
 use crate::service::constants::{JUDGE_LIMIT, STORE_WRITE_LIMIT, WALL_CLOCK_STABLE_FOR};
 use crate::service::judgement::SweepJudgement;
-use crate::service::message::{ClientRequest, ServiceMessage, TeachOptions};
+use crate::service::message::{ClientRequest, ReplyTo, ServiceMessage, TeachOptions};
 use crate::service::replies::{ServiceReply, StatusReply};
 use crate::service::scanner::{
     ConnectError, DeviceNoteSink, Scanner, ScannerConnector, ScannerError,
@@ -129,7 +129,7 @@ impl Stepped {
             task: PatrolTask::Visit,
             waypoint: "hall".to_owned(),
             teach: TeachOptions::default(),
-            reply_to,
+            reply_to: ReplyTo::Client(reply_to),
         };
         self.controller
             .handle_message(ServiceMessage::Request(request));
