@@ -14,6 +14,12 @@ mod commands;
 mod compare;
 #[path = "cli/configuration.rs"]
 mod configuration;
+#[path = "cli/demo.rs"]
+mod demo;
+#[path = "cli/diagnose.rs"]
+mod diagnose;
+#[path = "cli/emulate.rs"]
+mod emulate;
 #[path = "cli/evaluate.rs"]
 mod evaluate;
 #[path = "cli/hardware.rs"]
@@ -38,6 +44,8 @@ mod reference_mixture;
 mod reproduce;
 #[path = "cli/schemas.rs"]
 mod schemas;
+#[path = "cli/setup.rs"]
+mod setup;
 #[path = "cli/store.rs"]
 mod store;
 #[path = "cli/tune.rs"]

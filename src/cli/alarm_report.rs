@@ -6,6 +6,7 @@ use super::table;
 use crate::alarm::GuardPosition;
 use crate::config::Settings;
 use crate::store::{AlarmRow, SightingRow};
+use comfy_table::Table;
 use patrold_engine::report::NoveltyRecord;
 use serde_json::{Value, json};
 
@@ -15,7 +16,7 @@ const AHEAD_DEG: f64 = 7.5;
 const ON_FLOOR_M: f64 = 0.1;
 
 /// One row per alarm, as it was last seen.
-pub(super) fn alarm_table(alarms: &[AlarmRow]) -> String {
+pub(super) fn alarm_table(alarms: &[AlarmRow]) -> Table {
     let mut rows = table::table(&[
         "id",
         "raised",
@@ -42,7 +43,7 @@ pub(super) fn alarm_table(alarms: &[AlarmRow]) -> String {
                 .join("\n"),
         ]);
     }
-    rows.to_string()
+    rows
 }
 
 /// The thing as it was last seen.

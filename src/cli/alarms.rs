@@ -147,7 +147,7 @@ fn list(args: &AlarmsArgs, filters: &AlarmFilterArgs, settings: &Settings) -> Co
     if alarms.is_empty() {
         output::line("no alarms")?;
     } else {
-        output::line(alarm_table(&alarms))?;
+        output::line(alarm_table(&alarms).to_string())?;
     }
     for row in health {
         output::line(format!(

@@ -2,9 +2,9 @@
 
 use super::failure::CommandResult;
 use super::{
-    alarms, backup, calibrate, compare, config, demo, devices, distance, emulate, evaluate, events,
-    fit, fuse, output, rejudge, reload, reproduce, run as run_command, shapes, status, store,
-    sweep, teach, tune, visit, visits, waypoints,
+    alarms, backup, calibrate, compare, config, demo, devices, diagnose, distance, emulate,
+    evaluate, events, fit, fuse, output, rejudge, reload, reproduce, run as run_command, setup,
+    shapes, status, store, sweep, teach, tune, visit, visits, waypoints,
 };
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -47,6 +47,11 @@ enum CliCommand {
     /// Runs until interrupted. JSON lines on standard input command it: {"at": [x, y, yaw]} (metres, radians) moves the robot,
     /// {"scene": FILE} changes the world, {"fault": SPEC} injects a fault.
     Emulate(emulate::EmulateArgs),
+    /// Find both devices, name them in the configuration, and draw what they see
+    ///
+    /// The service must not run. Writes 10-devices.toml into the folder of the configuration, takes the sweeps of a calibration,
+    /// draws the first from above and from the side, and proposes lines for the mount.
+    Setup(setup::SetupArgs),
     /// Show the connected devices: model, serial number, firmware, limits, health
     Devices(devices::DevicesArgs),
     /// Take one sweep and write it as a cloud
@@ -85,6 +90,8 @@ enum CliCommand {
     Tune(tune::TuneArgs),
     /// List or show visits
     Visits(visits::VisitsArgs),
+    /// Write one file for support: log, unit, devices, configuration without secrets
+    Diagnose(diagnose::DiagnoseArgs),
     /// List events: devices lost and found, configuration, starts and stops
     Events(events::EventsArgs),
     /// Measure how often the engine is right, on simulated pairs of sweeps
@@ -106,6 +113,8 @@ pub fn run(cli: Cli) -> ExitCode {
         CliCommand::Teach(args) => teach::run(args),
         CliCommand::Compare(args) => compare::run(args),
         CliCommand::Emulate(args) => emulate::run(args),
+        CliCommand::Setup(args) => setup::run(args),
+        CliCommand::Diagnose(args) => diagnose::run(args),
         CliCommand::Devices(args) => devices::run(args),
         CliCommand::Sweep(args) => sweep::run(args),
         CliCommand::Calibrate(args) => calibrate::run(args),

@@ -1,12 +1,12 @@
 //! `patrold backup DIR` and `patrold restore DIR`.
 
 use super::failure::{CommandResult, DONE, FAILED, Failure};
+use super::progress::Work;
 use super::store::check_text;
-use super::{client, config, output, progress};
+use super::{client, config, output};
 use crate::service::{StoreLock, record_time_now};
 use crate::store::{BackupResult, Store};
 use clap::Args;
-use indicatif::ProgressBar;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -24,9 +24,9 @@ pub(super) struct BackupArgs {
 pub(super) fn back_up(args: &BackupArgs) -> CommandResult {
     let settings = config::load_settings(args.config.as_deref())?;
     let store = Store::open_for_reading(&settings.store.dir)?;
-    let bar = progress::bar(0, "copying");
-    let result = store.back_up(&args.dir, count_on(&bar))?;
-    bar.finish_and_clear();
+    let work = Work::start("copying");
+    let result = store.back_up(&args.dir, |done, all| work.set_steps(done, all))?;
+    drop(work);
     report(args, &result, "backed up to")
 }
 
@@ -41,18 +41,11 @@ pub(super) fn restore(args: &BackupArgs) -> CommandResult {
         return report(args, &result, "restored from");
     }
     let _lock = StoreLock::acquire(dir).map_err(Failure::failed)?;
-    let bar = progress::bar(0, "copying");
-    let result = Store::restore(dir, &args.dir, &record_time_now(), count_on(&bar))?;
-    bar.finish_and_clear();
+    let work = Work::start("copying");
+    let count = |done, all| work.set_steps(done, all);
+    let result = Store::restore(dir, &args.dir, &record_time_now(), count)?;
+    drop(work);
     report(args, &result, "restored from")
-}
-
-fn count_on(bar: &ProgressBar) -> impl FnMut(usize, usize) {
-    let bar = bar.clone();
-    move |done, all| {
-        bar.set_length(all as u64);
-        bar.set_position(done as u64);
-    }
 }
 
 fn report(args: &BackupArgs, result: &BackupResult, what: &str) -> CommandResult {

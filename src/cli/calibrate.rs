@@ -3,17 +3,20 @@
 
 use super::calibration_report::{report_json, report_lines};
 use super::failure::{CommandResult, DONE, Failure};
-use super::sweep::park;
+use super::progress::PlannedWork;
+use super::sweep::{HOMING, park};
 use super::{config, files, output, signals, value_parsers};
 use crate::config::Settings;
-use crate::devices::{Cancel, DeviceError, Station, SweepRequest, calibration_requests};
+use crate::devices::{Cancel, Station, SweepRequest, calibration_requests};
 use crate::patrol::severity::Severity;
+use crate::service::planned_sweep;
 use clap::Args;
 use link::Clock;
 use patrold_engine::sweep::{RawSweep, calibrate, decode_raw_sweep, encode_raw_sweep};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
+use std::time::Duration;
 
 #[derive(Debug, Args)]
 pub(super) struct CalibrateArgs {
@@ -57,16 +60,19 @@ pub(super) fn run(args: &CalibrateArgs) -> CommandResult {
         let settings = config::load_settings(args.config.as_deref())?;
         let cancel = signals::cancel_on_signal()?;
         let clock = Clock::scaled(args.time_scale);
-        take_sweeps(&settings, !args.one_pan, clock, &cancel)?
+        take_sweeps(
+            &settings,
+            !args.one_pan,
+            args.keep.as_deref(),
+            clock,
+            &cancel,
+        )?
     } else {
         let read = |path: &PathBuf| {
             decode_raw_sweep(&files::read(path)?).map_err(|error| files::file_error(path, error))
         };
         args.files.iter().map(read).collect::<Result<_, _>>()?
     };
-    if let Some(folder) = &args.keep {
-        write_sweeps(folder, &sweeps)?;
-    }
     let floor_level_rad = args.level_floor.map(f64::to_radians);
     let calibration = calibrate(&sweeps, floor_level_rad).map_err(Failure::failed)?;
     if args.json {
@@ -79,40 +85,52 @@ pub(super) fn run(args: &CalibrateArgs) -> CommandResult {
     Ok(DONE)
 }
 
-/// Homes if needed, takes all sweeps, parks. Warnings of the devices go to standard error.
-fn take_sweeps(
+/// Homes if needed, takes all sweeps, parks. Each is kept as soon as it is taken: what follows may fail. Warnings of the
+/// devices go to standard error.
+pub(super) fn take_sweeps(
     settings: &Settings,
     several_pans: bool,
+    keep: Option<&Path>,
     clock: Clock,
     cancel: &Cancel,
 ) -> Result<Vec<RawSweep>, Failure> {
+    let configured = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
+    let requests = calibration_requests(&configured, several_pans);
+    let work = PlannedWork::start("calibration", phases(&requests, &clock));
     let (notes, received) = mpsc::channel();
     let mut station = Station::open(settings, clock, notes, cancel).map_err(Failure::failed)?;
     let sweeps = (|| {
         if !station.position_trusted() {
-            station.home(cancel)?;
+            station.home(cancel).map_err(Failure::failed)?;
         }
-        let configured =
-            SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
-        let requests = calibration_requests(&configured, several_pans);
-        let sweeps: Result<Vec<_>, DeviceError> = requests
-            .iter()
-            .map(|request| station.sweep(request, cancel))
-            .collect();
+        let mut sweeps = Vec::new();
+        for (number, request) in (1..).zip(&requests) {
+            work.next_phase();
+            let sweep = station.sweep(request, cancel).map_err(Failure::failed)?;
+            if let Some(folder) = keep {
+                let path = folder.join(format!("sweep-{number}.raw"));
+                files::write(&path, &encode_raw_sweep(&sweep))?;
+            }
+            sweeps.push(sweep);
+        }
         park(&mut station);
-        sweeps
+        Ok(sweeps)
     })();
-    drop(station);
+    drop((station, work));
     for note in received.try_iter().filter(|n| n.severity > Severity::Info) {
         eprintln!("patrold: {}: {}", note.device, note.text);
     }
-    sweeps.map_err(Failure::failed)
+    sweeps
 }
 
-fn write_sweeps(folder: &Path, sweeps: &[RawSweep]) -> Result<(), Failure> {
-    for (number, sweep) in (1..).zip(sweeps) {
-        let path = folder.join(format!("sweep-{number}.raw"));
-        files::write(&path, &encode_raw_sweep(sweep))?;
-    }
-    Ok(())
+/// Homing, then each sweep, wall time.
+fn phases(requests: &[SweepRequest], clock: &Clock) -> Vec<(String, Duration)> {
+    let count = requests.len();
+    let sweeps = (1..).zip(requests).map(|(number, request)| {
+        let planned = planned_sweep(request, clock);
+        (format!("sweep {number} of {count}"), planned)
+    });
+    std::iter::once(("homing".to_owned(), clock.wall_time(HOMING)))
+        .chain(sweeps)
+        .collect()
 }

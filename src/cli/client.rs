@@ -1,10 +1,10 @@
 //! Client of the service: HTTP over its Unix socket.
 
 use super::failure::Failure;
-use super::progress;
+use super::progress::Work;
 use crate::service::SWEEP_INFO_HEADER;
 use crate::service::replies::{
-    AckReply, ErrorReply, ReloadReply, StatusReply, SweepInfo, TeachReply,
+    AckReply, ErrorReply, ReloadReply, StatusReply, SweepInfo, TeachReply, WorkProgress,
 };
 use crate::store::BackupResult;
 use http_body_util::{BodyExt as _, Full};
@@ -58,10 +58,7 @@ fn at_waypoint<T: DeserializeOwned>(
 ) -> Result<T, ClientError> {
     let mut body = options;
     body["waypoint"] = json!(waypoint);
-    let working = progress::spinner(format!("{waypoint}: sweeping and inspecting"));
-    let response = post(socket, path, Some(body));
-    working.finish_and_clear();
-    let (_, body) = response?;
+    let (_, body) = post_and_watch(socket, path, Some(body), waypoint)?;
     serde_json::from_slice(&body)
         .map_err(|error| ClientError::Failed(format!("{}: {path}: {error}", socket.display())))
 }
@@ -89,10 +86,7 @@ pub(super) fn request_teach(
 /// # Errors
 /// No permission for the socket, or the error reply of the service.
 pub(super) fn request_sweep(socket: &Path) -> Result<Option<(SweepInfo, Vec<u8>)>, Failure> {
-    let working = progress::spinner("sweeping".to_owned());
-    let response = post(socket, "/sweep", None);
-    working.finish_and_clear();
-    let (headers, body) = match response {
+    let (headers, body) = match post_and_watch(socket, "/sweep", None, "sweep") {
         Err(ClientError::NoService(_)) => return Ok(None),
         other => other?,
     };
@@ -103,6 +97,9 @@ pub(super) fn request_sweep(socket: &Path) -> Result<Option<(SweepInfo, Vec<u8>)
         .map_err(|error| Failure::Failed(format!("{}: /sweep: {error}", socket.display())))?;
     Ok(Some((info, body)))
 }
+
+/// Between two looks at the status of work that takes long.
+const WATCH_INTERVAL: Duration = Duration::from_millis(250);
 
 /// A service that is well answers its status at once.
 const STATUS_LIMIT: Duration = Duration::from_secs(5);
@@ -157,9 +154,7 @@ pub(super) fn request_ack(socket: &Path, body: Value) -> Result<Option<AckReply>
 /// # Errors
 /// No permission for the socket, or the error reply of the service.
 pub(super) fn request_restore(socket: &Path, from: &Path) -> Result<Option<BackupResult>, Failure> {
-    let working = progress::spinner("the service restores its store".to_owned());
-    let answer = post(socket, "/restore", Some(json!({"dir": from})));
-    working.finish_and_clear();
+    let answer = post_and_watch(socket, "/restore", Some(json!({"dir": from})), "restoring");
     reply_if_running(socket, "/restore", answer)
 }
 
@@ -185,6 +180,50 @@ fn post(
     exchange(socket, Method::POST, path, body, None)
 }
 
+/// As [`post`], for work that takes long: what the status says of it meanwhile is shown.
+fn post_and_watch(
+    socket: &Path,
+    path: &'static str,
+    body: Option<Value>,
+    title: &str,
+) -> Result<(HeaderMap, Vec<u8>), ClientError> {
+    let work = Work::start(title);
+    let watching = async {
+        loop {
+            tokio::time::sleep(WATCH_INTERVAL).await;
+            let Ok((_, body)) = exchange_on(socket, Method::GET, "/status", None).await else {
+                continue;
+            };
+            if let Ok(status) = serde_json::from_slice::<StatusReply>(&body) {
+                show_status(&work, &status);
+            }
+        }
+    };
+    runtime(socket, path)?.block_on(async {
+        tokio::select! {
+            answer = exchange_on(socket, Method::POST, path, body) => answer,
+            () = watching => Err(ClientError::Failed(format!("{path}: no answer"))),
+        }
+    })
+}
+
+fn show_status(work: &Work, status: &StatusReply) {
+    match &status.current {
+        Some(current) => {
+            let WorkProgress {
+                share,
+                seconds_left,
+            } = current.progress;
+            let phase = match status.waiting {
+                0 => status.phase.clone(),
+                waiting => format!("{}, {waiting} waiting", status.phase),
+            };
+            work.show(&phase, Some(share), seconds_left);
+        }
+        None => work.show(&status.phase, None, None),
+    }
+}
+
 fn exchange(
     socket: &Path,
     method: Method,
@@ -192,65 +231,77 @@ fn exchange(
     body: Option<Value>,
     limit: Option<Duration>,
 ) -> Result<(HeaderMap, Vec<u8>), ClientError> {
-    let failed = |error: &dyn std::fmt::Display| {
-        ClientError::Failed(format!("{}: {path}: {error}", socket.display()))
-    };
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .map_err(|e| failed(&e))?;
-    let answer = async {
-        let stream = UnixStream::connect(socket)
-            .await
-            .map_err(|e| connect_error(socket, &e))?;
-        let (mut sender, connection) = hyper::client::conn::http1::handshake(TokioIo::new(stream))
-            .await
-            .map_err(|e| failed(&e))?;
-        let exchange = async {
-            let text = body.map_or_else(String::new, |b| b.to_string());
-            let request = Request::builder()
-                .method(method)
-                .uri(path)
-                .header(HOST, "patrold")
-                .header(CONTENT_TYPE, "application/json")
-                .body(Full::new(Bytes::from(text)))
-                .map_err(|e| failed(&e))?;
-            let response = sender.send_request(request).await.map_err(|e| failed(&e))?;
-            let (head, body) = response.into_parts();
-            let body = body.collect().await.map_err(|e| failed(&e))?.to_bytes();
-            if head.status == StatusCode::OK {
-                return Ok((head.headers, body.to_vec()));
-            }
-            Err(match serde_json::from_slice::<ErrorReply>(&body) {
-                Ok(ErrorReply {
-                    error,
-                    nearly: Some(known),
-                }) => ClientError::NearName(error, known),
-                Ok(reply) => ClientError::Failed(reply.error),
-                Err(_) => failed(&format!("the service replied {}", head.status)),
-            })
-        };
-        tokio::pin!(exchange);
-        tokio::select! {
-            response = &mut exchange => response,
-            // The connection may end before its response has been read.
-            ended = connection => match ended {
-                Ok(()) => exchange.await,
-                Err(error) => Err(failed(&error)),
-            },
-        }
-    };
-    runtime.block_on(async {
+    let answer = exchange_on(socket, method, path, body);
+    runtime(socket, path)?.block_on(async {
         match limit {
             None => answer.await,
             Some(limit) => tokio::time::timeout(limit, answer)
                 .await
                 .unwrap_or_else(|_| {
                     let text = format!("no answer within {limit:?}; the service hangs");
-                    Err(failed(&text))
+                    Err(failed(socket, path, &text))
                 }),
         }
     })
+}
+
+fn runtime(socket: &Path, path: &'static str) -> Result<tokio::runtime::Runtime, ClientError> {
+    tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(|error| failed(socket, path, &error))
+}
+
+fn failed(socket: &Path, path: &str, error: &dyn std::fmt::Display) -> ClientError {
+    ClientError::Failed(format!("{}: {path}: {error}", socket.display()))
+}
+
+async fn exchange_on(
+    socket: &Path,
+    method: Method,
+    path: &'static str,
+    body: Option<Value>,
+) -> Result<(HeaderMap, Vec<u8>), ClientError> {
+    let failed = |error: &dyn std::fmt::Display| failed(socket, path, error);
+    let stream = UnixStream::connect(socket)
+        .await
+        .map_err(|e| connect_error(socket, &e))?;
+    let (mut sender, connection) = hyper::client::conn::http1::handshake(TokioIo::new(stream))
+        .await
+        .map_err(|e| failed(&e))?;
+    let exchange = async {
+        let text = body.map_or_else(String::new, |b| b.to_string());
+        let request = Request::builder()
+            .method(method)
+            .uri(path)
+            .header(HOST, "patrold")
+            .header(CONTENT_TYPE, "application/json")
+            .body(Full::new(Bytes::from(text)))
+            .map_err(|e| failed(&e))?;
+        let response = sender.send_request(request).await.map_err(|e| failed(&e))?;
+        let (head, body) = response.into_parts();
+        let body = body.collect().await.map_err(|e| failed(&e))?.to_bytes();
+        if head.status == StatusCode::OK {
+            return Ok((head.headers, body.to_vec()));
+        }
+        Err(match serde_json::from_slice::<ErrorReply>(&body) {
+            Ok(ErrorReply {
+                error,
+                nearly: Some(known),
+            }) => ClientError::NearName(error, known),
+            Ok(reply) => ClientError::Failed(reply.error),
+            Err(_) => failed(&format!("the service replied {}", head.status)),
+        })
+    };
+    tokio::pin!(exchange);
+    tokio::select! {
+        response = &mut exchange => response,
+        // The connection may end before its response has been read.
+        ended = connection => match ended {
+            Ok(()) => exchange.await,
+            Err(error) => Err(failed(&error)),
+        },
+    }
 }
 
 fn connect_error(socket: &Path, error: &std::io::Error) -> ClientError {

@@ -3,9 +3,11 @@
 use super::failure::{
     CHANGED, CommandResult, DONE, FAILED, Failure, NOT_OBSERVED, verdict_exit_code,
 };
+use super::progress::Work;
 use super::stopwatch::{CompareTiming, Stopwatch};
 use super::{alarm_report, clouds, files, mixtures_out, output, table, value_parsers};
 use crate::config::{self, Settings, load};
+use crate::patrol::name::name_error;
 use clap::Args;
 use nalgebra::Point3;
 use patrold_engine::formats::write_ply;
@@ -179,7 +181,7 @@ fn run_manifest(path: &Path, args: &CompareArgs, settings: &Settings) -> Command
             files::note_input(&folder.join(file));
         }
     }
-    let progress = super::progress::bar(manifest.pairs.len(), "pairs");
+    let work = Work::of_steps(manifest.pairs.len(), "pairs");
     let mut codes = Vec::new();
     let mut folders = BTreeSet::new();
     for (index, entry) in manifest.pairs.into_iter().enumerate() {
@@ -203,9 +205,9 @@ fn run_manifest(path: &Path, args: &CompareArgs, settings: &Settings) -> Command
                 codes.push(FAILED);
             }
         }
-        progress.inc(1);
+        work.advance(1);
     }
-    progress.finish_and_clear();
+    drop(work);
     Ok([FAILED, CHANGED, NOT_OBSERVED]
         .into_iter()
         .find(|code| codes.contains(code))
@@ -216,6 +218,9 @@ fn run_manifest(path: &Path, args: &CompareArgs, settings: &Settings) -> Command
 fn parse_pair(entry: Value, folder: &Path, args: &CompareArgs) -> Result<CloudPair, Failure> {
     let mut pair: CloudPair = serde_json::from_value(entry)
         .map_err(|error| Failure::Failed(format!("manifest: {error}; correct this pair")))?;
+    if let Some(why) = name_error(&pair.name) {
+        return Err(Failure::Failed(format!("manifest: {why}")));
+    }
     for file in [&mut pair.reference, &mut pair.current] {
         *file = folder.join(&*file);
     }

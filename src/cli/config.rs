@@ -109,7 +109,7 @@ fn show(args: &ConfigFileArgs) -> CommandResult {
     Ok(DONE)
 }
 
-fn settings_json(loaded: &LoadedConfig) -> Vec<serde_json::Value> {
+pub(super) fn settings_json(loaded: &LoadedConfig) -> Vec<serde_json::Value> {
     loaded
         .layers
         .values

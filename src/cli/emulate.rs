@@ -14,10 +14,11 @@ use patrold_sim::emulator::{
 use patrold_sim::world::{MountGeometry, Pose2d, World};
 use scip::emulator::LaserProfile;
 use serde::Deserialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::io::{self, BufRead};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
@@ -78,7 +79,9 @@ pub(super) fn run(args: &EmulateArgs) -> CommandResult {
     output::json(&json!({"laser": emulator.laser_port(), "ptu": emulator.head_port()}))?;
     let running = Arc::new(Mutex::new(Some(emulator)));
     let shared = Arc::clone(&running);
-    thread::spawn(move || run_stdin_commands(&shared));
+    let (answers, written) = mpsc::channel();
+    thread::spawn(move || write_answers(&written));
+    thread::spawn(move || run_stdin_commands(&shared, &answers));
     signals.wait();
     // Dropped here with its links, while the other thread may still read.
     let emulator = running
@@ -168,11 +171,24 @@ fn parse_command(line: &str) -> Result<EmulatorCommand, String> {
     Ok(command)
 }
 
-fn run_stdin_commands(running: &Mutex<Option<Emulator>>) {
-    for command in read_commands(io::stdin().lock()) {
-        if let Err(error) = command.and_then(|command| run_command(&command, running)) {
-            eprintln!("patrold: {error}");
+/// A client that does not read the answers stops no command.
+fn write_answers(answers: &Receiver<Value>) {
+    for answer in answers {
+        // Where nobody reads any more, the devices run on.
+        let _ = output::json(&answer);
+    }
+}
+
+fn run_stdin_commands(running: &Mutex<Option<Emulator>>, answers: &Sender<Value>) {
+    for (number, command) in (1..).zip(read_commands(io::stdin().lock())) {
+        let failed = command
+            .and_then(|command| run_command(&command, running))
+            .err();
+        if let Some(error) = &failed {
+            eprintln!("patrold: {}", output::printable(error));
         }
+        // The other thread lives as long as this one.
+        let _ = answers.send(json!({"command": number, "failed": failed}));
     }
 }
 

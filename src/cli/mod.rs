@@ -9,6 +9,7 @@
 //! | `files`, `clouds`, `scenes` | files named on the command line |
 //! | `output`, `table`, `local_time`, `progress`, `alarm_report`, `calibration_report`, `status_report`, `stopwatch` | what a command prints |
 //! | `threshold_warning` | what `tune` and `config check` warn of |
+//! | `drop_in` | what `tune --apply` and `setup` write into the configuration |
 //! | `client`, `signals` | the socket of the service; SIGINT and SIGTERM |
 //! | `confirm` | whether a person means it |
 //! | `experiment` | what `evaluate` and `reproduce` share |
@@ -30,6 +31,8 @@ mod confirm;
 mod demo;
 mod devices;
 mod distance;
+mod diagnose;
+mod drop_in;
 mod emulate;
 mod evaluate;
 mod events;
@@ -48,6 +51,7 @@ mod reload;
 mod reproduce;
 mod run;
 mod scenes;
+mod setup;
 mod shapes;
 mod signals;
 mod status;

@@ -27,6 +27,11 @@ pub(super) fn warning(text: &str) {
     eprintln!("patrold: warning: {}", printable(text));
 }
 
+/// How far long work is, on standard error.
+pub(super) fn progress_line(text: &str) {
+    eprintln!("patrold: {}", printable(text));
+}
+
 /// A question to the person at the terminal, on standard error: standard output is the report.
 pub(super) fn question(text: &str) {
     eprintln!("{}", printable(text));

@@ -29,7 +29,17 @@ pub(super) struct StatusArgs {
 }
 
 pub(super) fn run(args: &StatusArgs) -> CommandResult {
-    let (settings, mistakes) = load_leniently(args.config.as_deref())?;
+    let report = report(args.config.as_deref())?;
+    if args.json {
+        output::json(&report)?;
+    } else {
+        output::line(status_text(&report))?;
+    }
+    Ok(DONE)
+}
+
+pub(super) fn report(config: Option<&Path>) -> Result<StatusReport, Failure> {
+    let (settings, mistakes) = load_leniently(config)?;
     let service = match client::request_status(&settings.api.socket)? {
         Ok(status) => ServiceReport {
             running: true,
@@ -57,12 +67,7 @@ pub(super) fn run(args: &StatusArgs) -> CommandResult {
     if let Err(failure) = read_log(&settings, &mut report) {
         report.store.error = Some(failure.to_string());
     }
-    if args.json {
-        output::json(&report)?;
-    } else {
-        output::line(status_text(&report))?;
-    }
-    Ok(DONE)
+    Ok(report)
 }
 
 fn read_log(settings: &Settings, report: &mut StatusReport) -> Result<(), Failure> {

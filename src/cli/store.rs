@@ -1,7 +1,8 @@
 //! `patrold store check|rebuild`: whether the store is whole; its database made anew from what is beside it.
 
 use super::failure::{CommandResult, DONE, FAILED, Failure};
-use super::{config, output, progress};
+use super::progress::Work;
+use super::{config, output};
 use crate::service::{StoreLock, record_time_now};
 use crate::store::{RebuildResult, Store, StoreCheck};
 use clap::{Args, Subcommand};
@@ -40,12 +41,10 @@ pub(super) fn run(args: &StoreArgs) -> CommandResult {
     let dir = &settings.store.dir;
     match args.action {
         StoreAction::Check => {
-            let bar = progress::bar(0, "checking");
-            let check = Store::open_for_reading(dir)?.check(|done, all| {
-                bar.set_length(all as u64);
-                bar.set_position(done as u64);
-            })?;
-            bar.finish_and_clear();
+            let work = Work::start("checking");
+            let check =
+                Store::open_for_reading(dir)?.check(|done, all| work.set_steps(done, all))?;
+            drop(work);
             if args.json {
                 output::json(&check)?;
             } else {

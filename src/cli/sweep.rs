@@ -1,10 +1,12 @@
 //! `patrold sweep --out FILE.ply`: one sweep, through the running service, else straight from the devices.
 
 use super::failure::{CommandResult, DONE, Failure};
+use super::progress::PlannedWork;
 use super::{client, config, files, output, signals, value_parsers};
 use crate::config::Settings;
 use crate::devices::{Cancel, DeviceError, Station, SweepRequest};
 use crate::patrol::severity::Severity;
+use crate::service::planned_sweep;
 use clap::Args;
 use link::Clock;
 use patrold_engine::formats::write_ply;
@@ -16,6 +18,7 @@ use std::io::Write;
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
+use std::time::Duration;
 
 #[derive(Debug, Args)]
 pub(super) struct SweepArgs {
@@ -32,6 +35,9 @@ pub(super) struct SweepArgs {
     #[arg(long)]
     json: bool,
 }
+
+/// Connecting and homing, as shown while it lasts: a calibration of the head and as much again (ptu-d46 section 7).
+pub(super) const HOMING: Duration = Duration::from_secs(20);
 
 struct TakenSweep {
     ply: Vec<u8>,
@@ -115,7 +121,18 @@ pub(super) fn run(args: &SweepArgs) -> CommandResult {
 }
 
 /// Homes if needed, sweeps as configured, parks. Warnings of the devices go to standard error.
-fn take_sweep(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Result<Sweep, Failure> {
+pub(super) fn take_sweep(
+    settings: &Settings,
+    clock: &Clock,
+    cancel: &Cancel,
+) -> Result<Sweep, Failure> {
+    let request = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
+    let phases = [
+        ("homing", clock.wall_time(HOMING)),
+        ("sweeping", planned_sweep(&request, clock)),
+    ];
+    let phases = phases.map(|(name, planned)| (name.to_owned(), planned));
+    let work = PlannedWork::start("sweep", phases.into());
     let (notes, received) = mpsc::channel();
     let mut station =
         Station::open(settings, clock.clone(), notes, cancel).map_err(Failure::failed)?;
@@ -123,12 +140,12 @@ fn take_sweep(settings: &Settings, clock: &Clock, cancel: &Cancel) -> Result<Swe
         if !station.position_trusted() {
             station.home(cancel)?;
         }
-        let request = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
+        work.next_phase();
         let raw = station.sweep(&request, cancel)?;
         park(&mut station);
         Ok(raw)
     })();
-    drop(station);
+    drop((station, work));
     for note in received.try_iter().filter(|n| n.severity > Severity::Info) {
         eprintln!("patrold: {}: {}", note.device, note.text);
     }

@@ -32,5 +32,5 @@ pub use settings::{
     WaypointConfig,
 };
 pub use template::template;
-pub use toml_text::threshold_drop_in;
+pub use toml_text::{devices_drop_in, threshold_drop_in};
 pub use value::{ConfigValue, ValueKind};

@@ -18,6 +18,18 @@ pub fn threshold_drop_in(settings: &Settings, waypoint: &str, u_th: f64) -> Stri
     format!("# Written by patrold tune --apply.\n{line}")
 }
 
+/// The text of a configuration file that names both devices.
+pub fn devices_drop_in(settings: &Settings, laser_serial: &str) -> String {
+    let lines = [
+        ("laser.port", settings.laser.port.as_str()),
+        ("laser.serial", laser_serial),
+        ("ptu.port", settings.ptu.port.as_str()),
+    ];
+    let line = |(name, value): (&str, &str)| toml_line(name, &ConfigValue::Text(value.to_owned()));
+    let lines: String = lines.into_iter().map(line).collect();
+    format!("# Written by patrold setup.\n{lines}")
+}
+
 /// `KEY = VALUE`, with its line break.
 pub(super) fn toml_line(name: &str, value: &ConfigValue) -> String {
     // The name of a waypoint may have dots.

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Child, Stdio};
 
 /// A running `patrold emulate`, killed when dropped.
-struct EmulatorProcess(Child);
+pub(crate) struct EmulatorProcess(Child);
 
 impl Drop for EmulatorProcess {
     fn drop(&mut self) {
@@ -18,7 +18,7 @@ impl Drop for EmulatorProcess {
     }
 }
 
-fn folder() -> tempfile::TempDir {
+pub(crate) fn folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("temp dir");
     let config = "laser.port = \"laser\"\nptu.port = \"ptu\"\napi.socket = \"p.sock\"\nstore.dir = \"store\"\n";
     fs::write(dir.path().join("c.toml"), config).expect("written");
@@ -26,7 +26,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 /// Emulates the devices in the office, on the ports of the configuration of `folder`.
-fn start_emulator(dir: &Path, options: &[&str]) -> EmulatorProcess {
+pub(crate) fn start_emulator(dir: &Path, options: &[&str]) -> EmulatorProcess {
     let scene = patrold_test_support::workspace_root().join("config/scenes/office.toml");
     let scene = scene.to_string_lossy();
     let args = [

@@ -9,6 +9,7 @@ use super::scene_file::{CloudTable, RobotTable, SceneFile, SceneText};
 use super::surfel::Surfels;
 use nalgebra::Point3;
 use patrold_engine::geometry::Pose;
+use std::path::Path;
 
 /// Scenes may extend each other this deep; more is taken for a cycle.
 const MAX_DEPTH: usize = 8;
@@ -27,7 +28,7 @@ pub struct SceneObject {
 pub struct PlacedCloud {
     /// Unique.
     pub name: String,
-    /// File of the points, as written in the scene.
+    /// File of the points, from where the scene's own name begins.
     pub file: String,
     /// Pose of the cloud in the map.
     pub map_from_cloud: Pose,
@@ -59,6 +60,12 @@ pub struct SceneChange {
     pub after: Option<Point3<f64>>,
 }
 
+/// The name of a file that the scene `name` calls `file`.
+fn beside(name: &str, file: &str) -> String {
+    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+    folder.join(file).to_string_lossy().into_owned()
+}
+
 impl Scene {
     /// The scene of one file that extends no other.
     ///
@@ -71,7 +78,8 @@ impl Scene {
         })
     }
 
-    /// The scene called `name`; `load` returns the text of a scene by its name as written (in `extends`), or an error.
+    /// The scene called `name`; `load` returns the text of a scene by its name, or an error. A name in a scene is that of a
+    /// file beside it, in its own folder.
     ///
     /// # Errors
     /// [`SceneError`] with file, line and key of the first mistake.
@@ -113,7 +121,7 @@ impl Scene {
                 let message = format!("leads through {MAX_DEPTH} scenes: a cycle?");
                 return Err(source.error(base.span().start, Some("extends"), message));
             }
-            Some(base) => Self::resolve_to_depth(base.get_ref(), load, depth + 1)?,
+            Some(base) => Self::resolve_to_depth(&beside(name, base.get_ref()), load, depth + 1)?,
         };
         scene.apply(&source, file)?;
         Ok(scene)
@@ -181,7 +189,9 @@ impl Scene {
             if let Some(error) = cloud.get_ref().first_error() {
                 return Err(source.table_error(cloud.span().start, error));
             }
-            self.cloud = Some(PlacedCloud::from_table(cloud.into_inner()));
+            let mut cloud = cloud.into_inner();
+            cloud.file = beside(source.name, &cloud.file);
+            self.cloud = Some(PlacedCloud::from_table(cloud));
         }
         Ok(())
     }

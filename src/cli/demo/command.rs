@@ -5,14 +5,16 @@ use super::report::DemoReport;
 use super::rounds::run_rounds;
 use super::system::DemoSystem;
 use crate::cli::failure::{CommandResult, DONE, FAILED, Failure};
+use crate::cli::signals::TerminationSignals;
 use crate::cli::{files, output};
 use clap::Args;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::thread;
 
 #[derive(Debug, Args)]
 pub(crate) struct DemoArgs {
-    /// Folder of the database and configuration; must hold no patrol yet [default: a new temporary folder]
+    /// Folder of the database and configuration, which stay; must hold no patrol yet [default: a temporary folder, which does not]
     #[arg(long, value_name = "DIR")]
     state: Option<PathBuf>,
     /// Seed of the sensor noise and of the robot's stop errors
@@ -27,9 +29,10 @@ pub(crate) struct DemoArgs {
 }
 
 pub(crate) fn run(args: &DemoArgs) -> CommandResult {
-    let state = state_folder(args.state.as_deref())?;
+    let state = StateFolder::new(args.state.as_deref())?;
+    state.remove_on_signal()?;
     let waypoints = demo_waypoints()?;
-    let mut system = DemoSystem::start(&state, &waypoints, args.time_scale, args.seed)?;
+    let mut system = DemoSystem::start(&state.path, &waypoints, args.time_scale, args.seed)?;
     let print = |text: &str| {
         if args.json {
             Ok(())
@@ -37,37 +40,89 @@ pub(crate) fn run(args: &DemoArgs) -> CommandResult {
             output::line(text)
         }
     };
+    let scale = args.time_scale;
     print(&format!(
-        "state in {}; both devices emulated on pseudo-terminals, time scale {}",
-        state.display(),
-        args.time_scale
+        "both devices emulated on pseudo-terminals, time scale {scale}"
     ))?;
     let quiet_visits = run_rounds(&mut system, &waypoints, args.seed, &print)?;
     let final_time_scale = system.time_scale();
     system.stop()?;
-    let report = DemoReport::new(&waypoints, quiet_visits, &state)?;
+    let report = DemoReport::new(&waypoints, quiet_visits, &state.path)?;
     if args.json {
         output::json(&report.json(args.seed, final_time_scale))?;
     } else {
         output::line(report.text())?;
+        output::line(next_steps(args.state.as_deref()))?;
     }
     Ok(if report.is_correct() { DONE } else { FAILED })
 }
 
-fn state_folder(given: Option<&Path>) -> Result<PathBuf, Failure> {
-    let new_name = || {
-        let started_ms = jiff::Timestamp::now().as_millisecond();
-        format!("patrold-demo-{started_ms}-{}", std::process::id())
-    };
-    let folder = given.map_or_else(|| std::env::temp_dir().join(new_name()), Path::to_owned);
-    let failure = |error: &dyn std::fmt::Display| files::file_error(&folder, error);
-    if folder.join("patrold.db").exists() {
-        return Err(failure(
-            &"already holds a patrol; give --state an empty folder",
-        ));
+/// The folder of the patrol; a temporary one is removed at the end.
+struct StateFolder {
+    path: PathBuf,
+    is_temporary: bool,
+}
+
+impl StateFolder {
+    fn new(given: Option<&Path>) -> Result<Self, Failure> {
+        let new_name = || {
+            let started_ms = jiff::Timestamp::now().as_millisecond();
+            format!("patrold-demo-{started_ms}-{}", std::process::id())
+        };
+        let folder = given.map_or_else(|| std::env::temp_dir().join(new_name()), Path::to_owned);
+        let failure = |error: &dyn std::fmt::Display| files::file_error(&folder, error);
+        if folder.join("patrold.db").exists() {
+            return Err(failure(
+                &"already holds a patrol; give --state an empty folder",
+            ));
+        }
+        fs::create_dir_all(&folder).map_err(|error| failure(&error))?;
+        Ok(Self {
+            path: folder.canonicalize().map_err(|error| failure(&error))?,
+            is_temporary: given.is_none(),
+        })
     }
-    fs::create_dir_all(&folder).map_err(|error| failure(&error))?;
-    folder.canonicalize().map_err(|error| failure(&error))
+
+    /// An interrupted demo leaves nothing behind either.
+    fn remove_on_signal(&self) -> Result<(), Failure> {
+        if !self.is_temporary {
+            return Ok(());
+        }
+        let (path, signals) = (self.path.clone(), TerminationSignals::new()?);
+        thread::spawn(move || {
+            signals.wait();
+            // The process ends at once: what it still has open goes with it.
+            let _ = fs::remove_dir_all(path);
+            std::process::exit(i32::from(FAILED));
+        });
+        Ok(())
+    }
+}
+
+impl Drop for StateFolder {
+    fn drop(&mut self) {
+        if self.is_temporary {
+            // What cannot be removed is in the folder of temporary files.
+            let _ = fs::remove_dir_all(&self.path);
+        }
+    }
+}
+
+/// What to try next, for the folder that was asked for.
+fn next_steps(state: Option<&Path>) -> String {
+    let folder = state.unwrap_or(Path::new("patrol")).display();
+    let mut lines = vec!["\nto try next".to_owned()];
+    if state.is_none() {
+        lines.push("  patrold demo --state patrol        # keeps the log; then".to_owned());
+    }
+    let config = format!("--config {folder}/patrold.toml");
+    lines.extend(
+        ["alarms show 1", "visits", "rejudge --since 1h", "tune"]
+            .map(|command| format!("  patrold {command} {config}")),
+    );
+    lines.push("  patrold compare BEFORE.ply NOW.ply # two clouds of your own".to_owned());
+    lines.push("  patrold setup                      # with a laser and a pan-tilt".to_owned());
+    lines.join("\n")
 }
 
 fn parse_demo_time_scale(text: &str) -> Result<f64, String> {

@@ -10,6 +10,9 @@ use patrold_engine::report::NoveltyRecord;
 use serde_json::json;
 use std::path::Path;
 
+/// Width of the report: every terminal has it.
+const COLUMNS: u16 = 80;
+
 struct WaypointReport {
     waypoint: &'static str,
     changes: Vec<ChangeMatch>,
@@ -90,15 +93,16 @@ impl DemoReport {
                 rows.add_row([report.waypoint, "nothing", &reported, "", "", "FALSE"]);
             }
         }
+        let mut alarms = alarm_report::alarm_table(&self.alarms);
+        for table in [&mut rows, &mut alarms] {
+            table.set_width(COLUMNS);
+        }
         let conclusion = if self.is_correct() {
             "exactly the true changes were alarmed"
         } else {
             "the alarms are NOT exactly the true changes"
         };
-        format!(
-            "\nalarm log\n{}\n\nagainst the truth\n{rows}\n\n{conclusion}",
-            alarm_report::alarm_table(&self.alarms)
-        )
+        format!("\nalarm log\n{alarms}\n\nagainst the truth\n{rows}\n\n{conclusion}")
     }
 
     pub(super) fn json(&self, seed: u64, time_scale: f64) -> serde_json::Value {

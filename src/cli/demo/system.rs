@@ -22,12 +22,16 @@ use tokio::sync::oneshot;
 const MAX_MEAN_LAG_S: f64 = 0.02;
 /// Factor on the time scale when this machine lags.
 const SLOW_DOWN_FACTOR: f64 = 0.6;
+/// Time speeds up again where the lag is below this share of the limit.
+const SPEED_UP_SHARE: f64 = 0.4;
 /// Wall time within which the service must listen.
 const LISTEN_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The running emulator and service.
 pub(super) struct DemoSystem {
     clock: Clock,
+    /// As asked for; never faster.
+    wanted_time_scale: f64,
     emulator: Emulator,
     socket: PathBuf,
     stop: Option<oneshot::Sender<()>>,
@@ -71,6 +75,7 @@ impl DemoSystem {
         let service = spawn_service(&config, clock.clone(), stopped)?;
         let mut system = Self {
             clock,
+            wanted_time_scale: time_scale,
             emulator,
             socket,
             stop: Some(stop),
@@ -80,7 +85,8 @@ impl DemoSystem {
         Ok(system)
     }
 
-    /// Sets the world and the pose of the robot. Slows time down if the devices have lagged.
+    /// Sets the world and the pose of the robot. Slows time down if the devices have lagged, and speeds it up again if they
+    /// have not.
     ///
     /// # Errors
     /// The service has ended.
@@ -89,9 +95,9 @@ impl DemoSystem {
         world: Arc<World>,
         robot_pose: Pose2d,
     ) -> Result<(), Failure> {
-        if self.emulator.take_lag().mean_s > MAX_MEAN_LAG_S {
-            self.slow_down();
-        }
+        let mean_lag_s = self.emulator.take_lag().mean_s;
+        let scale = next_time_scale(self.clock.scale(), self.wanted_time_scale, mean_lag_s);
+        self.set_time_scale(scale);
         self.emulator.set_world(world);
         self.emulator.drive_to(robot_pose);
         self.check_service()
@@ -109,9 +115,17 @@ impl DemoSystem {
 
     /// Lowers the time scale, with a line on standard error.
     pub(super) fn slow_down(&self) {
-        let scale = self.clock.scale() * SLOW_DOWN_FACTOR;
+        self.set_time_scale(self.clock.scale() * SLOW_DOWN_FACTOR);
+    }
+
+    fn set_time_scale(&self, scale: f64) {
+        let before = self.clock.scale();
+        if scale < before {
+            eprintln!("patrold: this machine lags; time scale lowered to {scale:.1}");
+        } else if scale > before {
+            eprintln!("patrold: this machine keeps up again; time scale raised to {scale:.1}");
+        }
         self.clock.set_scale(scale);
-        eprintln!("patrold: this machine lags; time scale lowered to {scale:.1}");
     }
 
     pub(super) fn time_scale(&self) -> f64 {
@@ -169,6 +183,18 @@ impl Drop for DemoSystem {
     }
 }
 
+/// The time scale after a visit with this mean lag, in device time.
+fn next_time_scale(now: f64, wanted: f64, mean_lag_s: f64) -> f64 {
+    if mean_lag_s > MAX_MEAN_LAG_S {
+        return now * SLOW_DOWN_FACTOR;
+    }
+    // The same delay is longer in device time on a faster clock: only where it would be far from too long.
+    if mean_lag_s < SPEED_UP_SHARE * MAX_MEAN_LAG_S {
+        return (now / SLOW_DOWN_FACTOR).min(wanted);
+    }
+    now
+}
+
 fn configuration(emulator: &Emulator, state: &Path, socket: &Path) -> String {
     let quoted = |text: &str| format!("{text:?}");
     format!(
@@ -212,4 +238,40 @@ fn spawn_service(
         .name("service".to_owned())
         .spawn(run)
         .map_err(Failure::failed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MAX_MEAN_LAG_S, SLOW_DOWN_FACTOR, next_time_scale};
+
+    #[test]
+    fn time_slows_down_with_the_lag_and_speeds_up_again_to_what_was_asked() {
+        let mut scale = 10.0;
+        for _ in 0..3 {
+            scale = next_time_scale(scale, 10.0, 1.1 * MAX_MEAN_LAG_S);
+        }
+        assert!((scale - 10.0 * SLOW_DOWN_FACTOR.powi(3)).abs() < 1e-9);
+        assert_eq!(next_time_scale(scale, 10.0, 0.9 * MAX_MEAN_LAG_S), scale);
+        for _ in 0..4 {
+            let next = next_time_scale(scale, 10.0, 0.3 * MAX_MEAN_LAG_S);
+            assert!(next >= scale);
+            scale = next;
+        }
+        assert_eq!(scale, 10.0);
+    }
+
+    #[test]
+    fn speeding_up_never_brings_the_lag_that_slows_down() {
+        // The delay is a property of the machine: in device time it grows with the scale.
+        for lag_of_10 in [0.5, 0.9, 1.2, 3.0, 8.0] {
+            let (mut scale, mut changes) = (10.0, Vec::new());
+            for _ in 0..20 {
+                let next = next_time_scale(scale, 10.0, lag_of_10 * MAX_MEAN_LAG_S * scale / 10.0);
+                changes.push((next > scale, next < scale));
+                scale = next;
+            }
+            let back = changes.iter().position(|(up, _)| *up);
+            assert_eq!(back, None, "{lag_of_10}");
+        }
+    }
 }

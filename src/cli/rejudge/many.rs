@@ -6,10 +6,10 @@ use super::judge::{NewVerdict, PreparedReference, judge, prepare};
 use super::source::{SourceKind, SweepSource};
 use crate::cli::failure::{CommandResult, DONE, FAILED, Failure};
 use crate::cli::local_time::local_time;
-use crate::cli::{output, progress};
+use crate::cli::output;
+use crate::cli::progress::Work;
 use crate::config::Settings;
 use crate::store::{Store, StoreError, StoredVisit, VisitDetail};
-use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::Arc;
@@ -84,7 +84,7 @@ pub(super) fn run(args: &RejudgeArgs, ids: &[i64], settings: &Settings) -> Comma
         settings: Arc::new(settings.clone()),
         references: Vec::new(),
         summary: Summary::default(),
-        bar: progress::bar(all as usize, "judging again"),
+        work: Work::of_steps(all as usize, "judging again"),
     };
     let batch = pool.current_num_threads() * VISITS_PER_THREAD;
     let mut judge_all = |page: &[i64]| {
@@ -99,8 +99,8 @@ pub(super) fn run(args: &RejudgeArgs, ids: &[i64], settings: &Settings) -> Comma
         after = *last;
         judge_all(&page)?;
     }
-    rejudging.bar.finish_and_clear();
     let summary = rejudging.summary;
+    drop(rejudging.work);
     if args.json {
         output::json(&summary)?;
     } else {
@@ -123,7 +123,7 @@ struct Rejudging<'a> {
     /// By reference and seed, the last used one last.
     references: Vec<((i64, u64), Arc<PreparedReference>)>,
     summary: Summary,
-    bar: ProgressBar,
+    work: Work,
 }
 
 impl Rejudging<'_> {
@@ -148,7 +148,7 @@ impl Rejudging<'_> {
                 Err(failure) => self.report_failure(job.detail.row.id, &failure),
             }
         }
-        self.bar.inc(ids.len() as u64);
+        self.work.advance(ids.len());
         Ok(())
     }
 
@@ -235,7 +235,7 @@ impl Rejudging<'_> {
             },
         };
         // A bar in the way of the text would be torn.
-        self.bar.suspend(|| {
+        self.work.suspend(|| {
             if self.args.json {
                 output::json(&difference)
             } else {
@@ -246,7 +246,7 @@ impl Rejudging<'_> {
 
     fn report_failure(&mut self, id: i64, failure: &Failure) {
         self.summary.failed += 1;
-        self.bar
+        self.work
             .suspend(|| output::warning(&format!("visit {id}: {failure}")));
     }
 }

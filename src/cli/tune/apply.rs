@@ -1,11 +1,9 @@
 //! Puts a threshold into force: a file in the folder of the configuration, then a reload. What is refused is taken back.
 
 use crate::cli::failure::Failure;
-use crate::cli::{client, files};
-use crate::config::{Settings, drop_in_folder, load, threshold_drop_in};
+use crate::cli::{client, drop_in};
+use crate::config::{Settings, load, threshold_drop_in};
 use serde::Serialize;
-use std::fs;
-use std::io;
 use std::path::Path;
 
 /// What was put into force.
@@ -41,38 +39,17 @@ pub(super) fn apply(
     waypoint: &str,
     u_th: f64,
 ) -> Result<Applied, Failure> {
-    let folder = drop_in_folder(config);
-    let path = folder.join(format!("90-u_th-{waypoint}.toml"));
-    let before = match fs::read(&path) {
-        Ok(bytes) => Some(bytes),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
-        Err(error) => return Err(files::file_error(&path, error)),
-    };
-    fs::create_dir_all(&folder).map_err(|error| files::file_error(&folder, error))?;
-    replace(
-        &path,
-        threshold_drop_in(settings, waypoint, u_th).as_bytes(),
-    )?;
-    let taken = check(config, waypoint, u_th).and_then(|()| reload(settings));
-    if taken.is_err() {
-        match &before {
-            Some(bytes) => replace(&path, bytes)?,
-            None => fs::remove_file(&path).map_err(|error| files::file_error(&path, error))?,
-        }
-    }
+    let name = format!("90-u_th-{waypoint}.toml");
+    let text = threshold_drop_in(settings, waypoint, u_th);
+    let (path, reloaded) = drop_in::put(config, &name, &text, || {
+        check(config, waypoint, u_th).and_then(|()| reload(settings))
+    })?;
     Ok(Applied {
         waypoint: waypoint.to_owned(),
         u_th,
         file: path.display().to_string(),
-        reloaded: taken?,
+        reloaded,
     })
-}
-
-/// Written aside and renamed: a reload never sees half of it.
-fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let aside = path.with_extension("toml.tmp");
-    files::write(&aside, bytes)?;
-    fs::rename(&aside, path).map_err(|error| files::file_error(path, error))
 }
 
 fn check(config: Option<&Path>, waypoint: &str, u_th: f64) -> Result<(), Failure> {

@@ -1,0 +1,167 @@
+//! The command: arguments, the drop-in, the sweep and its pictures, the calibration.
+
+use super::picture::{Side, picture};
+use super::search::{FoundDevices, find};
+use crate::cli::calibrate::take_sweeps;
+use crate::cli::calibration_report::{report_json, report_lines};
+use crate::cli::failure::{CommandResult, DONE, FAILED, Failure};
+use crate::cli::sweep::take_sweep;
+use crate::cli::{client, config, drop_in, files, output, signals, value_parsers};
+use crate::config::{Settings, devices_drop_in, load};
+use clap::Args;
+use link::Clock;
+use patrold_engine::sweep::{Calibration, Sweep, assemble, calibrate};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The file that names the devices; those of the site come later and win.
+const DROP_IN: &str = "10-devices.toml";
+
+#[derive(Debug, Args)]
+pub(crate) struct SetupArgs {
+    /// Folder of the pictures, patrold-above.svg and patrold-side.svg
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pictures: PathBuf,
+    /// Take one sweep only, and propose nothing about the mount
+    #[arg(long)]
+    no_calibration: bool,
+    /// Configuration file
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// For emulated devices: device seconds per second of wall time, as given to `emulate`
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = value_parsers::parse_time_scale)]
+    time_scale: f64,
+    /// Report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &SetupArgs) -> CommandResult {
+    let settings = config::load_settings(args.config.as_deref())?;
+    if client::request_status(&settings.api.socket)?.is_ok() {
+        let text = "the service runs and has the devices; stop it first: systemctl stop patrold";
+        return Err(Failure::Failed(text.to_owned()));
+    }
+    fs::create_dir_all(&args.pictures).map_err(|error| files::file_error(&args.pictures, error))?;
+    let clock = Clock::scaled(args.time_scale);
+    let cancel = signals::cancel_on_signal()?;
+    let found = find(&settings, &clock, &cancel)?;
+    say(args, &devices_text(&found))?;
+    let (drop_in, settings) = name_devices(args.config.as_deref(), &found)?;
+    say(args, &format!("written: {}", drop_in.display()))?;
+
+    let (sweep, calibration) = if args.no_calibration {
+        (take_sweep(&settings, &clock, &cancel)?, None)
+    } else {
+        let sweeps = take_sweeps(&settings, true, None, clock, &cancel)?;
+        let first = sweeps.first().map(assemble);
+        let first = first.ok_or_else(|| Failure::Failed("no sweep was taken".to_owned()))?;
+        (
+            first.map_err(Failure::failed)?,
+            Some(calibrate(&sweeps, None)),
+        )
+    };
+    let pictures = write_pictures(&args.pictures, &sweep)?;
+    let fault = sweep.quality.fault(settings.sweep.max_missing_lines);
+    let calibration = calibration.map(|result| result.map_err(|error| error.to_string()));
+    let failed = matches!(calibration, Some(Err(_))) || fault.is_some();
+    if args.json {
+        let (found_mount, why_not) = match &calibration {
+            Some(Ok(calibration)) => (report_json(calibration, 0), None),
+            Some(Err(why)) => (Value::Null, Some(why)),
+            None => (Value::Null, None),
+        };
+        output::json(&json!({
+            "laser": found.laser,
+            "ptu": found.head,
+            "drop_in": drop_in,
+            "points": sweep.view.points.len(),
+            "quality": sweep.quality,
+            "fault": fault,
+            "pictures": pictures,
+            "config": found_mount["config"],
+            "no_calibration_because": why_not,
+        }))?;
+    } else {
+        let lines = result_lines(&pictures, fault.as_deref(), calibration.as_ref(), &drop_in);
+        output::line(lines.join("\n"))?;
+    }
+    Ok(if failed { FAILED } else { DONE })
+}
+
+fn say(args: &SetupArgs, text: &str) -> Result<(), Failure> {
+    if args.json {
+        Ok(())
+    } else {
+        output::line(text)
+    }
+}
+
+fn devices_text(found: &FoundDevices) -> String {
+    format!(
+        "laser: {}, serial {}, on {}\npan-tilt: {}, on {}",
+        found.laser.product,
+        found.laser.serial,
+        found.settings.laser.port,
+        found.head.firmware,
+        found.settings.ptu.port
+    )
+}
+
+/// Writes which devices these are, and reads the configuration with it.
+fn name_devices(
+    config: Option<&Path>,
+    found: &FoundDevices,
+) -> Result<(PathBuf, Settings), Failure> {
+    let text = devices_drop_in(&found.settings, &found.laser.serial);
+    drop_in::put(config, DROP_IN, &text, || {
+        let settings = load(config, &[])?.settings;
+        let (wanted, got) = (&found.settings, &settings);
+        if (&wanted.laser.port, &wanted.ptu.port) == (&got.laser.port, &got.ptu.port) {
+            return Ok(settings);
+        }
+        Err(Failure::Usage(format!(
+            "a file of the configuration that comes after {DROP_IN} names other ports ({}, {}); see patrold config show, and take them out there",
+            got.laser.port, got.ptu.port
+        )))
+    })
+}
+
+fn write_pictures(folder: &Path, sweep: &Sweep) -> Result<[PathBuf; 2], Failure> {
+    let pictures = [
+        (folder.join("patrold-above.svg"), Side::Above),
+        (folder.join("patrold-side.svg"), Side::Right),
+    ];
+    for (path, side) in &pictures {
+        files::write(path, picture(&sweep.view, *side).as_bytes())?;
+    }
+    Ok(pictures.map(|(path, _)| path))
+}
+
+fn result_lines(
+    pictures: &[PathBuf; 2],
+    fault: Option<&str>,
+    calibration: Option<&Result<Calibration, String>>,
+    drop_in: &Path,
+) -> Vec<String> {
+    let [above, side] = pictures.each_ref().map(|path| path.display());
+    let mut lines = vec![format!(
+        "look at {above} and {side}: they say what must be seen"
+    )];
+    if let Some(fault) = fault {
+        lines.push(format!("the sweep is not good enough for a visit: {fault}"));
+    }
+    match calibration {
+        None => {}
+        Some(Ok(calibration)) => lines.extend(report_lines(calibration)),
+        Some(Err(why)) => lines.push(format!(
+            "no calibration: {why}; measure mount.xyz_m by hand, or take another place"
+        )),
+    }
+    lines.push(format!(
+        "next: add the lines that are right to {}, start the service, then patrold teach NAME",
+        drop_in.display()
+    ));
+    lines
+}

@@ -1,0 +1,109 @@
+//! From two devices that are plugged in to a configuration that names them.
+
+use crate::hardware::{folder, start_emulator};
+use crate::harness::program::{command, patrold};
+use crate::harness::schema;
+use std::fs;
+use std::process::Stdio;
+
+#[test]
+fn both_devices_are_found_named_and_shown() {
+    let dir = folder();
+    let at = |name: &str| dir.path().join(name);
+    // The configuration has them exchanged.
+    let config = "laser.port = \"ptu\"\nptu.port = \"laser\"\napi.socket = \"p.sock\"\nstore.dir = \"store\"\n";
+    fs::write(at("c.toml"), config).expect("written");
+    let _emulator = start_emulator(dir.path(), &["--time-scale", "3"]);
+    let asked = [
+        "setup",
+        "--config",
+        "c.toml",
+        "--time-scale",
+        "3",
+        "--pictures",
+        "shown",
+        "--json",
+    ];
+    let once = [&asked[..], &["--no-calibration"]].concat();
+    let ran = patrold(dir.path(), &once);
+    let found = ran.json();
+    schema::check("setup", &found);
+    assert_eq!(found["laser"]["serial"], "H0706400", "{found}");
+    assert!(found["points"].as_u64() > Some(1000), "{found}");
+    assert_eq!(found["config"], serde_json::Value::Null);
+    let drop_in = fs::read_to_string(at("c.d/10-devices.toml")).expect("written");
+    for line in [
+        "laser.port = \"laser\"",
+        "laser.serial = \"H0706400\"",
+        "ptu.port = \"ptu\"",
+    ] {
+        assert!(drop_in.lines().any(|l| l == line), "{line}: {drop_in}");
+    }
+    for picture in ["patrold-above.svg", "patrold-side.svg"] {
+        let svg = fs::read_to_string(at("shown").join(picture)).expect("drawn");
+        assert!(svg.contains("<path d=\"M"), "{picture}");
+    }
+    // With the drop-in the same configuration is right.
+    let ran = patrold(
+        dir.path(),
+        &["devices", "--config", "c.toml", "--time-scale", "3"],
+    );
+    assert_eq!(ran.code, 0, "{ran:?}");
+
+    // What a later file overrides is taken back.
+    fs::write(at("c.d/20-site.toml"), "laser.port = \"elsewhere\"\n").expect("written");
+    fs::remove_file(at("c.d/10-devices.toml")).expect("removed");
+    let ran = patrold(dir.path(), &once);
+    assert_eq!(ran.code, 1, "nothing answers there: {ran:?}");
+    assert!(!at("c.d/10-devices.toml").exists());
+}
+
+#[test]
+fn a_device_that_is_nowhere_is_named_and_nothing_is_written() {
+    let dir = folder();
+    let ran = patrold(
+        dir.path(),
+        &["setup", "--config", "c.toml", "--no-calibration"],
+    );
+    assert_eq!((ran.code, ran.out.as_str()), (1, ""), "{ran:?}");
+    assert!(ran.err.contains("no device at"), "{ran:?}");
+    assert!(!dir.path().join("c.d").exists());
+}
+
+#[test]
+fn a_calibration_that_is_interrupted_keeps_the_sweeps_that_it_has() {
+    let dir = folder();
+    let _emulator = start_emulator(dir.path(), &["--time-scale", "3"]);
+    let asked = [
+        "calibrate",
+        "--config",
+        "c.toml",
+        "--one-pan",
+        "--time-scale",
+        "3",
+        "--keep",
+        "kept",
+    ];
+    let mut calibration = command(dir.path(), &asked)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("starts");
+    let first = dir.path().join("kept/sweep-1.raw");
+    while !first.exists() {
+        assert!(
+            calibration.try_wait().expect("asked").is_none(),
+            "ended early"
+        );
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let signal = std::process::Command::new("kill")
+        .arg(calibration.id().to_string())
+        .status();
+    assert!(signal.expect("kill runs").success());
+    assert_eq!(calibration.wait().expect("ends").code(), Some(1));
+    // It is whole: a calibration reads it, whatever it makes of a single sweep.
+    let ran = patrold(dir.path(), &["calibrate", "kept/sweep-1.raw"]);
+    assert!(!ran.err.contains("sweep-1.raw"), "{ran:?}");
+    assert!(!dir.path().join("kept/sweep-6.raw").exists());
+}
