@@ -30,3 +30,6 @@ pub(super) const MIN_HOMING_INTERVAL: Duration = Duration::from_secs(600);
 
 /// Longest pause before failed devices are tried again.
 pub(super) const MAX_RETRY_PAUSE: Duration = Duration::from_secs(60);
+
+/// Reason of a visit whose client ended it in the middle of its sweep.
+pub(super) const CANCELLED_DURING_SWEEP: &str = "cancelled by its client during the sweep";

@@ -2,11 +2,10 @@
 //! a table of events and actions.
 
 use super::action::PatrolAction;
-use super::constants::{INITIAL_RETRY_PAUSE, MAX_QUEUED};
+use super::constants::{CANCELLED_DURING_SWEEP, INITIAL_RETRY_PAUSE, MAX_QUEUED};
 use super::event::{PatrolEvent, PatrolRequest, PatrolTask, RefusalReason, SettingsChange};
 use super::severity::Severity;
 use super::turn_history::TurnHistory;
-use ending::{CANCELLED_DURING_SWEEP, RequestEnd};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -168,8 +167,8 @@ impl PatrolMachine {
                 }
             }
             PatrolEvent::Requested(request) => self.enqueue(request, &mut out),
-            PatrolEvent::ClientGone(id) => self.end_request(id, RequestEnd::ClientGone, &mut out),
-            PatrolEvent::Cancelled(id) => self.end_request(id, RequestEnd::Cancelled, &mut out),
+            PatrolEvent::ClientGone(id) => self.client_gone(id, &mut out),
+            PatrolEvent::Cancelled(id) => self.cancelled(id, &mut out),
             PatrolEvent::Prepared(id, result) => {
                 if let Some(request) = self.take_current(id, RequestStage::Preparing) {
                     match result {

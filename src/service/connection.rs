@@ -2,7 +2,7 @@
 
 use super::api_reply::error;
 use super::api_state::Peer;
-use super::connections::ConnectionSlot;
+use super::connection_slots::ConnectionSlot;
 use super::constants::{MAX_REQUEST_BYTES, REQUEST_BODY_LIMIT, REQUEST_HEAD_LIMIT};
 use super::write_limit::WriteLimit;
 use axum::body::Body;

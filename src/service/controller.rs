@@ -16,7 +16,7 @@ use super::storage_watch::StorageWatch;
 use super::store_writer::StoreWriter;
 use super::systemd::SystemdNotifier;
 use super::wall_clock::WallClockMonitor;
-use super::work_estimate::{WorkEstimate, planned_sweep};
+use super::work_estimate::{WorkEstimate, planned_sweep, sweep_request};
 use crate::config::{LoadedConfig, Settings};
 use crate::patrol::action::PatrolAction;
 use crate::patrol::event::{PatrolEvent, PatrolRequest, PatrolTask};
@@ -38,8 +38,6 @@ mod scanner_events;
 mod storage;
 mod reloading;
 mod restoring;
-
-use requests::sweep_request;
 
 /// Threads and channels that the controller acts through.
 pub(super) struct Services {

@@ -8,6 +8,7 @@ mod api_state;
 #[cfg(test)]
 mod captured_log;
 mod connection;
+mod connection_slots;
 mod connections;
 mod constants;
 mod controller;

@@ -1,7 +1,7 @@
 //! How far a request is and how long it still takes, from what the last one took, or else from the plan of its sweep.
 
 use super::replies::WorkProgress;
-use crate::config::SweepMode;
+use crate::config::{Settings, SweepMode};
 use crate::devices::SweepRequest;
 use crate::patrol::machine::RequestStage;
 use link::Clock;
@@ -109,6 +109,15 @@ pub fn planned_sweep(request: &SweepRequest, clock: &Clock) -> Duration {
     let tilting = Duration::try_from_secs_f64(tilting_s).unwrap_or(Duration::ZERO);
     let segments = u32::try_from(request.pans_rad.len()).unwrap_or(u32::MAX);
     clock.wall_time((tilting + SEGMENT_OVERHEAD) * segments)
+}
+
+/// The sweep at a waypoint, or a bare one.
+pub(super) fn sweep_request(settings: &Settings, waypoint: Option<&str>) -> SweepRequest {
+    let pans_rad = match waypoint {
+        Some(name) => settings.pans_rad(name),
+        None => &settings.sweep.pans_rad,
+    };
+    SweepRequest::new(&settings.sweep, &settings.mount, pans_rad)
 }
 
 #[cfg(test)]

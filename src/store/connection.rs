@@ -1,12 +1,12 @@
 //! The open database: one writer, many readers, every change in one transaction.
 
 use super::blob_files::BlobFiles;
+use super::disk::rights::share_database;
 use super::disk::{Disk, SystemDisk, TransactionStep};
 use super::error::StoreError;
 use super::journal::position::note_journal_ahead;
 use super::journal::tables::{journal_path, watch_tables};
 use super::reserve::{RESERVE_BYTES, Reserve};
-use super::rights::share_database;
 use rusqlite::{Connection, ErrorCode, OpenFlags, Transaction, TransactionBehavior, ffi};
 use rusqlite_migration::{M, MigrationDefinitionError, Migrations};
 use std::cmp::Ordering;

@@ -1,11 +1,15 @@
 //! What the store asks of the disk, behind one trait: a disk of a test fails at a chosen step, counts syncs, and shows
 //! what was not synced.
 
-use super::rights::{share_folder_with_parent, share_with_folder};
 use std::fmt::Debug;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write as _};
 use std::path::Path;
+
+pub(super) mod rights;
+
+use rights::share_folder_with_parent;
+pub use rights::share_with_folder;
 
 /// The disk under a store. One step each, so that every one of them can fail by itself.
 pub trait Disk: Debug + Send + Sync {

@@ -1,7 +1,7 @@
 //! Errors of the store, each with the file and what to do.
 
 use super::advice::{database_advice, file_advice};
-use super::rights::{forbidden, group_of};
+use super::disk::rights::{forbidden, group_of};
 use patrold_engine::blob::BlobError;
 use rusqlite::ErrorCode;
 use std::io;

@@ -4,17 +4,22 @@ use super::{PatrolMachine, RequestStage};
 use crate::patrol::action::PatrolAction;
 use crate::patrol::event::PatrolTask;
 
-/// Reason of a visit whose client ended it in the middle of its sweep.
-pub(super) const CANCELLED_DURING_SWEEP: &str = "cancelled by its client during the sweep";
-
 /// Why a request ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum RequestEnd {
+enum RequestEnd {
     ClientGone,
     Cancelled,
 }
 
 impl PatrolMachine {
+    pub(super) fn client_gone(&mut self, id: u64, out: &mut Vec<PatrolAction>) {
+        self.end_request(id, RequestEnd::ClientGone, out);
+    }
+
+    pub(super) fn cancelled(&mut self, id: u64, out: &mut Vec<PatrolAction>) {
+        self.end_request(id, RequestEnd::Cancelled, out);
+    }
+
     /// Whether the request can still be ended: its sweep is not taken.
     pub fn may_cancel(&self, id: u64) -> bool {
         let queued = self.queue.iter().any(|r| r.id == id);
@@ -29,7 +34,7 @@ impl PatrolMachine {
     /// The robot may move on once its client is gone or ends the request, so a sweep is not started. A visit whose client is gone
     /// finishes its sweep, because its alarm matters to others; where the client says that the robot moves on, the sweep
     /// ends and the visit is not observed. A reference is not taken. What is swept is judged.
-    pub(super) fn end_request(&mut self, id: u64, end: RequestEnd, out: &mut Vec<PatrolAction>) {
+    fn end_request(&mut self, id: u64, end: RequestEnd, out: &mut Vec<PatrolAction>) {
         if let Some(at) = self.queue.iter().position(|r| r.id == id) {
             out.extend(self.queue.remove(at).map(PatrolAction::Abandon));
             return;

@@ -1,12 +1,10 @@
 //! Requests come in; those whose clients do not wait can be asked for, and ended.
 
 use super::Controller;
-use crate::config::Settings;
-use crate::devices::SweepRequest;
 use crate::patrol::event::{PatrolEvent, PatrolRequest, PatrolTask};
 use crate::service::message::{CancelResult, ClientRequest, ReplyTo};
 use crate::service::replies::{RequestReply, WorkProgress};
-use crate::service::work_estimate::planned_sweep;
+use crate::service::work_estimate::{planned_sweep, sweep_request};
 use std::time::Instant;
 use tokio::sync::oneshot;
 
@@ -85,13 +83,4 @@ impl Controller {
         );
         self.estimate.progress(planned, Instant::now())
     }
-}
-
-/// The sweep at a waypoint, or a bare one.
-pub(super) fn sweep_request(settings: &Settings, waypoint: Option<&str>) -> SweepRequest {
-    let pans_rad = match waypoint {
-        Some(name) => settings.pans_rad(name),
-        None => &settings.sweep.pans_rad,
-    };
-    SweepRequest::new(&settings.sweep, &settings.mount, pans_rad)
 }

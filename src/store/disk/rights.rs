@@ -35,7 +35,7 @@ pub fn share_with_folder(path: &Path) -> io::Result<()> {
 }
 
 /// Gives a new folder in a store the rights of the store's folder.
-pub(super) fn share_folder_with_parent(path: &Path) -> io::Result<()> {
+pub(in crate::store) fn share_folder_with_parent(path: &Path) -> io::Result<()> {
     let Some(parent) = path.parent() else {
         return Ok(());
     };
@@ -55,7 +55,7 @@ fn shared_mode(own: u32, of_folder: u32) -> u32 {
 
 /// Makes an empty database file where there is none, so that SQLite makes no file with other rights; and sets those of the
 /// files that are there.
-pub(super) fn share_database(path: &Path) -> io::Result<()> {
+pub(in crate::store) fn share_database(path: &Path) -> io::Result<()> {
     let made = OpenOptions::new()
         .write(true)
         .create_new(true)
@@ -76,7 +76,7 @@ pub(super) fn share_database(path: &Path) -> io::Result<()> {
 }
 
 /// What keeps this user from the database at `path`, first its folder; `None` where nothing does.
-pub(super) fn forbidden(path: &Path) -> Option<PathBuf> {
+pub(in crate::store) fn forbidden(path: &Path) -> Option<PathBuf> {
     let is_refused = |path: &Path, access_to| access(path, access_to) == Err(Errno::ACCESS);
     let folder = path.parent()?;
     if is_refused(folder, Access::EXEC_OK) {
@@ -91,7 +91,7 @@ pub(super) fn forbidden(path: &Path) -> Option<PathBuf> {
 }
 
 /// The group that a file, or its folder, belongs to, as the system names it.
-pub(super) fn group_of(path: &Path) -> String {
+pub(in crate::store) fn group_of(path: &Path) -> String {
     let found = path.ancestors().find_map(|at| fs::metadata(at).ok());
     let Some(gid) = found.map(|file| file.gid().to_string()) else {
         return "of the folder".to_owned();
