@@ -37,7 +37,7 @@ impl From<ClientError> for Failure {
     }
 }
 
-/// Requests `/visit` and waits for the reply; `options` go into the body beside the name.
+/// Requests `/visit` and waits for the reply; `options` go into the body beside the name. Progress is shown under `title`.
 ///
 /// # Errors
 /// No service, no permission for its socket, or its error reply.
@@ -46,8 +46,9 @@ pub(super) fn request_at_waypoint<T: DeserializeOwned>(
     path: &'static str,
     waypoint: &str,
     options: Value,
+    title: &str,
 ) -> Result<T, Failure> {
-    Ok(at_waypoint(socket, path, waypoint, options)?)
+    Ok(at_waypoint(socket, path, waypoint, options, title)?)
 }
 
 fn at_waypoint<T: DeserializeOwned>(
@@ -55,10 +56,11 @@ fn at_waypoint<T: DeserializeOwned>(
     path: &'static str,
     waypoint: &str,
     options: Value,
+    title: &str,
 ) -> Result<T, ClientError> {
     let mut body = options;
     body["waypoint"] = json!(waypoint);
-    let (_, body) = post_and_watch(socket, path, Some(body), waypoint)?;
+    let (_, body) = post_and_watch(socket, path, Some(body), title)?;
     serde_json::from_slice(&body)
         .map_err(|error| ClientError::Failed(format!("{}: {path}: {error}", socket.display())))
 }
@@ -75,7 +77,7 @@ pub(super) fn request_teach(
     may_ask: bool,
 ) -> Result<Result<TeachReply, String>, Failure> {
     let options = json!({"accept": accept, "new": new});
-    match at_waypoint(socket, "/teach", waypoint, options) {
+    match at_waypoint(socket, "/teach", waypoint, options, waypoint) {
         Err(ClientError::NearName(_, known)) if may_ask => Ok(Err(known)),
         other => Ok(Ok(other?)),
     }
@@ -342,7 +344,7 @@ mod tests {
     fn without_a_service_the_error_names_how_to_start_it() {
         let dir = tempfile::tempdir().expect("temp dir");
         let socket = dir.path().join("p.sock");
-        let reply = request_at_waypoint::<Value>(&socket, "/visit", "hall", json!({}));
+        let reply = request_at_waypoint::<Value>(&socket, "/visit", "hall", json!({}), "hall");
         let error = reply.expect_err("no service").to_string();
         let at = socket.display();
         assert_eq!(

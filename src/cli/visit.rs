@@ -22,8 +22,9 @@ pub(super) struct VisitArgs {
 
 pub(super) fn run(args: &VisitArgs) -> CommandResult {
     let settings = config::load_settings(args.config.as_deref())?;
+    let socket = &settings.api.socket;
     let visit: VisitReply =
-        client::request_at_waypoint(&settings.api.socket, "/visit", &args.name, json!({}))?;
+        client::request_at_waypoint(socket, "/visit", &args.name, json!({}), &args.name)?;
     if args.json {
         output::json(&visit)?;
     } else {

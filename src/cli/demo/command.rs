@@ -57,6 +57,9 @@ pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     Ok(if report.is_correct() { DONE } else { FAILED })
 }
 
+/// How often a folder that is written to is removed.
+const REMOVE_TRIES: usize = 1000;
+
 /// The folder of the patrol; a temporary one is removed at the end.
 struct StateFolder {
     path: PathBuf,
@@ -91,8 +94,12 @@ impl StateFolder {
         let (path, signals) = (self.path.clone(), TerminationSignals::new()?);
         thread::spawn(move || {
             signals.wait();
-            // The process ends at once: what it still has open goes with it.
-            let _ = fs::remove_dir_all(path);
+            // The service may write to it until the process ends, which is now: a folder that is not empty is tried again.
+            let tries = 0..REMOVE_TRIES;
+            let removed = tries.into_iter().any(|_| fs::remove_dir_all(&path).is_ok());
+            if !removed {
+                output::warning(&format!("{}: not removed", path.display()));
+            }
             std::process::exit(i32::from(FAILED));
         });
         Ok(())

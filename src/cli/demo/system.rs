@@ -20,6 +20,8 @@ use tokio::sync::oneshot;
 /// Mean lag of the emulated devices, in device time, above which time is slowed down. The head tilts 0.1 deg in it at
 /// 5 deg/s.
 const MAX_MEAN_LAG_S: f64 = 0.02;
+/// Teaching, quiet, changed.
+const ROUNDS: usize = 3;
 /// Factor on the time scale when this machine lags.
 const SLOW_DOWN_FACTOR: f64 = 0.6;
 /// Time speeds up again where the lag is below this share of the limit.
@@ -34,6 +36,8 @@ pub(super) struct DemoSystem {
     wanted_time_scale: f64,
     emulator: Emulator,
     socket: PathBuf,
+    /// Of the robot: this one, and all of them.
+    stops: (usize, usize),
     stop: Option<oneshot::Sender<()>>,
     service: Option<JoinHandle<Result<(), String>>>,
 }
@@ -78,6 +82,7 @@ impl DemoSystem {
             wanted_time_scale: time_scale,
             emulator,
             socket,
+            stops: (0, ROUNDS * waypoints.len()),
             stop: Some(stop),
             service: Some(service),
         };
@@ -98,6 +103,7 @@ impl DemoSystem {
         let mean_lag_s = self.emulator.take_lag().mean_s;
         let scale = next_time_scale(self.clock.scale(), self.wanted_time_scale, mean_lag_s);
         self.set_time_scale(scale);
+        self.stops.0 += 1;
         self.emulator.set_world(world);
         self.emulator.drive_to(robot_pose);
         self.check_service()
@@ -110,7 +116,9 @@ impl DemoSystem {
         waypoint: &str,
         options: Value,
     ) -> Result<T, Failure> {
-        client::request_at_waypoint(&self.socket, path, waypoint, options)
+        let (now, all) = self.stops;
+        let title = format!("{now} of {all}, {waypoint}");
+        client::request_at_waypoint(&self.socket, path, waypoint, options, &title)
     }
 
     /// Lowers the time scale, with a line on standard error.

@@ -5,10 +5,15 @@ use super::judge::{NewVerdict, judge, prepare};
 use super::source::SweepSource;
 use crate::cli::alarm_report::novelty_text;
 use crate::cli::failure::{CommandResult, Failure};
+use crate::cli::progress::PlannedWork;
 use crate::cli::{mixtures_out, output};
 use crate::config::Settings;
 use crate::store::Store;
 use serde::Serialize;
+use std::time::Duration;
+
+/// What it takes, as shown while it lasts, seconds: a reference whose mixture is made anew, and the usual judgement.
+const PHASES: [(&str, u64); 2] = [("reference", 1), ("judging", 2)];
 
 /// The verdict in the log.
 #[derive(Debug, Serialize)]
@@ -49,8 +54,16 @@ pub(super) fn run(args: &RejudgeArgs, visit_id: i64, mut settings: Settings) -> 
         })?;
         settings.set_u_th(&visit.waypoint, u_th);
     }
+    let work = PlannedWork::start(
+        format!("visit {visit_id}"),
+        PHASES
+            .map(|(name, s)| (name.to_owned(), Duration::from_secs(s)))
+            .into(),
+    );
     let ready = prepare(&visit, &reference, &settings)?;
+    work.next_phase();
     let mut judged = judge(&visit, &ready, &settings)?;
+    drop(work);
     if let (Some(dir), Some(compared)) = (&args.mixtures_out, &judged.compared) {
         mixtures_out::write(dir, compared)?;
     }
