@@ -55,6 +55,12 @@ mod tests {
             reports.recv_timeout(Duration::from_secs(60)).ok()
         };
         assert_eq!(reports(), None);
+        let unknown = dir.path().join("none");
+        let (sender, missing) = mpsc::channel();
+        let send = move |text| sender.send(text).expect("the receiver exists");
+        check_at_start(unknown, send).expect("a thread");
+        let text = missing.recv_timeout(Duration::from_secs(60)).expect("none");
+        assert!(text.contains("none"), "{text}");
         let database = dir.path().join("patrold.db");
         let mut bytes = std::fs::read(&database).expect("read");
         // Every page but the first.

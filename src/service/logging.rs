@@ -1,6 +1,7 @@
 //! Logging: to the journal with fields of its own, or to standard error.
 
 use crate::config::LogConfig;
+use std::ffi::OsStr;
 use std::fmt::{self, Debug};
 use std::io::{self, IsTerminal as _};
 use tracing::field::Field;
@@ -49,10 +50,10 @@ pub(super) fn start(settings: &LogConfig) -> Option<LogLevelHandle> {
 type Filtered = tracing_subscriber::layer::Layered<reload::Layer<EnvFilter, Registry>, Registry>;
 
 fn to_stderr() -> Box<dyn tracing_subscriber::Layer<Filtered> + Send + Sync> {
-    let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+    let no_color = std::env::var_os("NO_COLOR");
     subscriber_fmt::layer()
         .with_writer(io::stderr)
-        .with_ansi(!plain && io::stderr().is_terminal())
+        .with_ansi(wants_color(no_color.as_deref(), io::stderr().is_terminal()))
         .with_target(false)
         .fmt_fields(debug_fn(write_field))
         .boxed()
@@ -79,6 +80,11 @@ fn filter(level: &str) -> EnvFilter {
     EnvFilter::new(format!("warn,patrold={level}"))
 }
 
+/// A variable that is empty counts as not set (<https://no-color.org>).
+fn wants_color(no_color: Option<&OsStr>, is_terminal: bool) -> bool {
+    is_terminal && no_color.is_none_or(OsStr::is_empty)
+}
+
 fn wants_journal(to: &str, under_systemd: bool) -> bool {
     match to {
         "journald" => true,
@@ -89,7 +95,7 @@ fn wants_journal(to: &str, under_systemd: bool) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{wants_journal, write_field};
+    use super::{wants_color, wants_journal, write_field};
     use crate::service::captured_log::LogText;
     use tracing_subscriber::fmt::format::debug_fn;
 
@@ -111,6 +117,14 @@ mod tests {
             text.text().trim(),
             "WARN hall: changed WAYPOINT=hall D_GMM=0.5"
         );
+    }
+
+    #[test]
+    fn color_is_for_terminals_whose_user_does_not_refuse_it() {
+        assert!(wants_color(None, true));
+        assert!(wants_color(Some("".as_ref()), true));
+        assert!(!wants_color(Some("1".as_ref()), true));
+        assert!(!wants_color(None, false));
     }
 
     #[test]

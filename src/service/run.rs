@@ -260,3 +260,42 @@ fn initial_status(loaded: &LoadedConfig) -> StatusReply {
         ..StatusReply::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::initial_status;
+    use crate::config::load;
+    use crate::service::replies::{DevicesStatus, StatusReply};
+
+    #[test]
+    fn the_first_status_says_which_service_runs_under_what() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let file = dir.path().join("patrold.toml");
+        std::fs::write(
+            &file,
+            "robot.name = \"rover\"\nstore.dir = \"/srv/patrold\"",
+        )
+        .expect("written");
+        let status = initial_status(&load(Some(&file), &[]).expect("valid"));
+        assert!(
+            !status.started_at.is_empty() && status.config_read.taken,
+            "{status:?}"
+        );
+        let expected = StatusReply {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            robot: "rover".to_owned(),
+            pid: std::process::id(),
+            started_at: status.config_read.at.clone(),
+            phase: String::new(),
+            devices: DevicesStatus::default(),
+            current: None,
+            waiting: 0,
+            config_files: vec![file.display().to_string()],
+            config_loaded_at: status.config_read.at.clone(),
+            config_read: status.config_read.clone(),
+            store_dir: "/srv/patrold".to_owned(),
+        };
+        assert_eq!(status, expected);
+        assert_eq!(status.config_read.files, status.config_files);
+    }
+}

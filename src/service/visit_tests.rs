@@ -3,6 +3,7 @@
 
 mod device_faults;
 mod displaced_robot;
+pub(super) mod empty_sweep;
 mod fault_cases;
 mod incident_histories;
 mod lost_steps;

@@ -395,7 +395,9 @@ fn check_owner(db: &Connection, path: &Path) -> Result<(), StoreError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{APPLICATION_ID, BlobFiles, MIGRATIONS, Store, migrations};
+    use super::{
+        APPLICATION_ID, BlobFiles, MIGRATIONS, Store, has_log, migrations, open_unchanging,
+    };
     use crate::store::{StoreError, StoredMixture, SystemDisk};
     use nalgebra::Point3;
     use patrold_engine::blob::encode_view;
@@ -550,5 +552,32 @@ mod tests {
                 Ok(())
             })
             .expect("changed");
+    }
+
+    #[test]
+    fn a_database_that_nobody_can_write_to_is_read_whatever_its_folder_is_called() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        for name in ["plain", "a b", "what?x=1", "50%", "#7", "küche", "%41"] {
+            let folder = dir.path().join(name);
+            std::fs::create_dir(&folder).expect("folder");
+            let mut store = Store::open(&folder).expect("store");
+            let insert = "INSERT INTO waypoint (name, created_at) VALUES (?1, '')";
+            let written = store.transaction(|change| Ok(change.execute(insert, [name])?));
+            written.expect("written");
+            store.close();
+            let before = std::fs::read_dir(&folder).expect("listed").count();
+            let path = folder.join("patrold.db");
+            let db = open_unchanging(&path).unwrap_or_else(|error| panic!("{name}: {error}"));
+            let found: String = db
+                .query_row("SELECT name FROM waypoint", [], |row| row.get(0))
+                .expect("read");
+            assert_eq!(found, name);
+            assert!(db.execute(insert, ["another"]).is_err(), "{name}");
+            assert!(!has_log(&path), "{name}");
+            let after = std::fs::read_dir(&folder).expect("listed").count();
+            assert_eq!(after, before, "{name}: nothing is made beside it");
+        }
+        let missing = open_unchanging(&dir.path().join("none/patrold.db"));
+        assert!(missing.is_err());
     }
 }

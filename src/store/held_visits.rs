@@ -176,17 +176,27 @@ pub(super) fn precedes_a_change(
 
 #[cfg(test)]
 mod tests {
-    use super::{HeldVisit, HeldVisits, MAX_HELD, MAX_HELD_BYTES};
+    use super::{HeldVisit, HeldVisits, MAX_HELD, MAX_HELD_BYTES, precedes_a_change};
     use crate::store::{NewVisit, RecordTime, SweepRecord};
     use patrold_engine::novelty::Verdict;
 
     fn push(held: &mut HeldVisits, second: usize, verdict: Verdict, raw: &[u8]) -> bool {
+        push_of(held, "hall", second, verdict, raw)
+    }
+
+    fn push_of(
+        held: &mut HeldVisits,
+        waypoint: &str,
+        second: usize,
+        verdict: Verdict,
+        raw: &[u8],
+    ) -> bool {
         let stamp = RecordTime {
             at: jiff::Timestamp::from_second(second as i64).expect("a time"),
             boot_id: "boot".to_owned(),
         };
         let visit = NewVisit {
-            waypoint: "hall",
+            waypoint,
             reference_id: None,
             sweep: Some(SweepRecord {
                 dialogue: None,
@@ -248,5 +258,50 @@ mod tests {
         assert_eq!(with_sweep(&held), [true, false, true]);
         push(&mut held, 3, Verdict::Changed, b"a little more");
         assert_eq!(with_sweep(&held), [true, false, true, false]);
+    }
+
+    #[test]
+    fn what_is_taken_is_gone_until_it_is_put_back() {
+        let mut held = HeldVisits::default();
+        push_of(&mut held, "hall", 1, Verdict::Quiet, b"");
+        push_of(&mut held, "yard", 2, Verdict::Changed, b"");
+        let of = |held: &HeldVisits| ["hall", "yard", "dock"].map(|name| held.has_of(name));
+        assert_eq!((of(&held), held.len()), ([true, true, false], 2));
+        let mut taken = held.take_all();
+        assert_eq!((of(&held), held.len()), ([false; 3], 0));
+        let waypoints: Vec<&str> = taken.iter().map(|visit| visit.waypoint.as_str()).collect();
+        assert_eq!(waypoints, ["hall", "yard"], "the oldest first");
+        taken.pop_front();
+        held.put_back(taken);
+        assert_eq!((of(&held), held.len()), ([false, true, false], 1));
+    }
+
+    #[test]
+    fn an_alarm_depends_on_changes_and_on_what_its_waypoint_saw_before_them() {
+        let queue = |visits: &[(&str, Verdict)]| {
+            let mut held = HeldVisits::default();
+            for (waypoint, verdict) in visits {
+                push_of(&mut held, waypoint, 0, *verdict, b"");
+            }
+            held.take_all()
+        };
+        let (quiet, changed) = (Verdict::Quiet, Verdict::Changed);
+        for (own, later, next, expected) in [
+            (changed, None, None, true),
+            (quiet, None, None, false),
+            (quiet, Some(("hall", changed)), None, true),
+            (quiet, Some(("hall", quiet)), None, false),
+            (quiet, Some(("yard", changed)), None, false),
+            (quiet, None, Some(("hall", changed)), true),
+            (quiet, None, Some(("hall", quiet)), false),
+            (quiet, None, Some(("yard", changed)), false),
+        ] {
+            let visit = queue(&[("hall", own)]).remove(0).expect("held");
+            let later: Vec<_> = later.into_iter().collect();
+            let next = next.map(|next| queue(&[next]).remove(0).expect("held"));
+            let next = next.as_ref().map(HeldVisit::visit);
+            let depends = precedes_a_change(&visit, &queue(&later), next.as_ref());
+            assert_eq!(depends, expected, "{own:?}, {later:?}, {next:?}");
+        }
     }
 }

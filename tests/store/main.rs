@@ -1,5 +1,6 @@
 //! References, visits, alarms and retention in a store on disk.
 
+mod alarm_filters;
 mod alarms;
 mod dialogue;
 mod busy;

@@ -74,7 +74,17 @@ fn the_first_to_replace_a_mixture_wins() {
 
     // Who read the row before comes too late.
     assert!(!replace(&mut store, &stored, &ready));
-    assert_eq!(store.events(10).expect("events").len(), 1);
+    let events = store.events(10).expect("events");
+    let texts: Vec<&str> = events.iter().map(|event| event.text.as_str()).collect();
+    let components = now.components;
+    let expected = format!(
+        "reference hall/1: mixture made anew from its view, {components} components instead of 1: {why}"
+    );
+    assert_eq!(texts, [expected]);
+    assert_eq!(
+        (events[0].device.as_str(), events[0].level.as_str()),
+        ("service", "info")
+    );
     let again = now.make_ready("hall", &settings, 7).expect("ready");
     assert!(again.made_anew.is_none());
     assert_eq!(again.reference.gamma, ready.reference.gamma);

@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-type Rows = BTreeMap<String, Vec<Vec<(String, Value)>>>;
+pub(crate) type Rows = BTreeMap<String, Vec<Vec<(String, Value)>>>;
 
 /// All rows of all tables but the event log and what serves the journal.
 pub(crate) fn rows(dir: &Path) -> Rows {
@@ -317,6 +317,40 @@ fn damaged_lines_cost_their_rows_alone_and_lost_files_are_marked() {
     };
     assert_eq!(of_hall(&after), of_hall(&before));
     assert_eq!(after["waypoint"].len(), before["waypoint"].len() - 1);
+}
+
+#[test]
+fn a_rebuild_writes_no_row_down_again_and_a_check_counts_each_line() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    full_store(dir.path()).close();
+    let path = dir.path().join("blobs/journal.txt");
+    let text = fs::read_to_string(&path).expect("the journal");
+    remove_database(dir.path());
+    Store::rebuild(dir.path(), &stamp(100)).expect("rebuilt");
+    assert_eq!(fs::read_to_string(&path).expect("the journal"), text);
+    let journal = || {
+        let store = Store::open_for_reading(dir.path()).expect("opens");
+        store.check(|_, _| ()).map(|check| check.journal)
+    };
+    let lines = text.lines().count();
+    let whole = journal().expect("checked");
+    assert_eq!(
+        (
+            whole.lines,
+            whole.damaged_lines,
+            whole.waiting_rows,
+            whole.ahead
+        ),
+        (lines, 0, 0, 0)
+    );
+    fs::write(&path, text.replacen('7', "8", 1)).expect("damaged");
+    let damaged = journal().expect("checked");
+    assert_eq!((damaged.lines, damaged.damaged_lines), (lines - 1, 1));
+    fs::remove_file(&path).expect("removed");
+    assert_eq!(journal().expect("checked").lines, 0, "none yet");
+    fs::create_dir(&path).expect("a folder");
+    let error = journal().expect_err("no file").to_string();
+    assert!(error.contains("journal.txt"), "{error}");
 }
 
 #[test]

@@ -85,6 +85,34 @@ fn a_full_disk_takes_an_alarm_out_of_the_reserve_and_nothing_else() {
 }
 
 #[test]
+fn the_reserve_is_taken_where_there_is_as_much_again() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let (mut ledger, disk, _) = ledger_with_an_alarm(dir.path());
+    let reserve = dir.path().join("patrold.reserve");
+    for (free_bytes, expected) in [((32 << 20) - 1, false), (32 << 20, true)] {
+        disk.steps().free_bytes = Some(free_bytes);
+        ledger.store.hold_reserve().expect("asked");
+        assert_eq!(reserve.exists(), expected, "{free_bytes}");
+    }
+    // One that is there is kept, whatever is free.
+    disk.heal();
+    disk.steps().free_bytes = Some(0);
+    ledger.store.hold_reserve().expect("asked");
+    assert_eq!(std::fs::metadata(&reserve).expect("kept").len(), 16 << 20);
+    assert!(disk.steps().done.is_empty(), "and not written again");
+    // A half of it is taken anew; what the disk does not take goes at once.
+    std::fs::write(&reserve, b"half").expect("torn");
+    disk.steps().free_bytes = Some(32 << 20);
+    disk.fail(Fault::ShortWrite, 3, false);
+    ledger.store.hold_reserve().expect_err("full");
+    assert!(!reserve.exists());
+    disk.heal();
+    ledger.store.hold_reserve().expect("taken");
+    let steps = disk.steps().done.clone();
+    assert_eq!(steps.last().map(String::as_str), Some("sync"), "{steps:?}");
+}
+
+#[test]
 fn evidence_leaves_the_last_bytes_to_alarms() {
     let dir = tempfile::tempdir().expect("temp dir");
     let (mut ledger, disk, _) = ledger_with_an_alarm(dir.path());

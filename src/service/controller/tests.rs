@@ -15,9 +15,9 @@ use crate::service::scanner::{
 use crate::service::scanner_thread::{ScannerEvent, ScannerThread};
 use crate::service::store_writer::StoreWriter;
 use crate::service::systemd::SystemdNotifier;
+use crate::service::visit_tests::empty_sweep::empty_sweep;
 use crate::store::{DiskSpace, Ledger, RetryResult, StorageReport, Store};
 use link::Clock;
-use patrold_engine::scan::ScanGeometry;
 use patrold_engine::sweep::RawSweep;
 use serde_json::Value;
 use std::sync::mpsc;
@@ -25,8 +25,11 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::sync::{oneshot, watch};
 
+mod hand_over;
 mod health;
 mod links;
+mod reload;
+mod timers;
 
 const TIMEOUT: Duration = Duration::from_secs(60);
 
@@ -123,12 +126,17 @@ impl Stepped {
 
     /// Requests a visit of the hall; returns its number.
     fn visit(&mut self) -> u64 {
+        self.request(PatrolTask::Visit, TeachOptions::default())
+    }
+
+    /// Requests something at the hall; returns its number.
+    fn request(&mut self, task: PatrolTask, teach: TeachOptions) -> u64 {
         let (reply_to, reply) = oneshot::channel();
         self.clients.push(reply);
         let request = ClientRequest {
-            task: PatrolTask::Visit,
+            task,
             waypoint: "hall".to_owned(),
-            teach: TeachOptions::default(),
+            teach,
             reply_to: ReplyTo::Client(reply_to),
         };
         self.controller
@@ -144,6 +152,28 @@ impl Stepped {
             .handle_message(ServiceMessage::Prepared(id, Ok(None)));
         assert_eq!(self.controller.machine.phase(), "sweeping");
         id
+    }
+
+    /// Takes the next message of this kind from its threads, and drops those before it.
+    fn next(&mut self, is_wanted: impl Fn(&ServiceMessage) -> bool) -> ServiceMessage {
+        loop {
+            let message = self.messages.blocking_recv().expect("its threads run");
+            if is_wanted(&message) {
+                return message;
+            }
+        }
+    }
+
+    /// Passes on that the outcome of a request is on disk.
+    fn recorded(&mut self) {
+        let message = self.next(|message| matches!(message, ServiceMessage::Recorded(..)));
+        self.controller.handle_message(message);
+    }
+
+    /// What the last client got.
+    fn reply(&mut self) -> ServiceReply {
+        let mut client = self.clients.pop().expect("a client");
+        client.try_recv().expect("a reply")
     }
 
     /// Until everything that was submitted is written.
@@ -182,28 +212,5 @@ fn judgement(sweep_fault: Option<&str>) -> Box<SweepJudgement> {
         suspected_lost_steps: None,
         sweep_fault: sweep_fault.map(str::to_owned),
         made_anew: None,
-    })
-}
-
-fn empty_sweep() -> Box<RawSweep> {
-    Box::new(RawSweep {
-        scan_geometry: ScanGeometry {
-            steps_per_turn: 1024,
-            front_step: 384,
-            first_step: 44,
-            cluster: 1,
-            dmin_mm: 20,
-            dmax_mm: 5600,
-            period_s: 0.1,
-        },
-        mount: Settings::defaults().mount.chain(),
-        tilt_rad_per_step: 0.0009,
-        tilt_zero_rad: 0.0,
-        tilt_low_rad: -0.6,
-        tilt_high_rad: 0.4,
-        line_pitch_rad: 0.0087,
-        time_offset_s: 0.0,
-        tilt_backlash_rad: 0.0,
-        pan_segments: Vec::new(),
     })
 }

@@ -201,14 +201,14 @@ fn what_could_not_be_written_is_noted_at_the_next_occasion() {
     assert_eq!(service.health(), stands("devices", "laser: not plugged in"));
 }
 
-fn stamp(second: i64) -> RecordTime {
+pub(super) fn stamp(second: i64) -> RecordTime {
     RecordTime {
         at: Timestamp::from_second(1_600_000_000 + second).expect("a time"),
         boot_id: "boot".to_owned(),
     }
 }
 
-fn teach(store: &mut Store, waypoint: &str) {
+pub(super) fn teach(store: &mut Store, waypoint: &str) {
     let view = View::from_points(vec![Point3::new(1.0, 0.0, 0.0); 4], Point3::origin());
     let mixture = ReferenceMixture {
         mixture: Mixture::default(),

@@ -99,7 +99,7 @@ fn a_visit_is_swept_again_after_suspected_lost_steps_and_not_before() {
     };
     let id = service.sweeping();
     assert!(!repeated(&service));
-    service.scanner(ScannerEvent::Swept(id, empty_sweep(), None));
+    service.scanner(ScannerEvent::Swept(id, empty_sweep().into(), None));
     assert!(!repeated(&service) && service.controller.judging);
     let mut suspected = judgement(None);
     suspected.suspected_lost_steps = Some("the view is rotated".to_owned());
@@ -109,7 +109,7 @@ fn a_visit_is_swept_again_after_suspected_lost_steps_and_not_before() {
     assert_eq!(service.controller.machine.phase(), "sweeping", "again");
     assert!(repeated(&service) && !service.controller.judging);
     // The next visit begins anew.
-    service.scanner(ScannerEvent::Swept(id, empty_sweep(), None));
+    service.scanner(ScannerEvent::Swept(id, empty_sweep().into(), None));
     service
         .controller
         .handle_message(ServiceMessage::Judged(id, judgement(None)));
@@ -135,7 +135,7 @@ fn the_turns_of_judged_views_reach_the_patrol() {
     let mut phases = Vec::new();
     for _ in 0..3 {
         let id = service.sweeping();
-        service.scanner(ScannerEvent::Swept(id, empty_sweep(), None));
+        service.scanner(ScannerEvent::Swept(id, empty_sweep().into(), None));
         let mut seen = judgement(None);
         seen.turn = Some(SeenTurn {
             waypoint: "hall".to_owned(),
@@ -239,10 +239,10 @@ fn each_request_has_a_number_of_its_own_and_its_time() {
         active.timing.sweep
     };
     let before = sweep_ms(&service);
-    service.scanner(ScannerEvent::Swept(id + 1, empty_sweep(), None));
+    service.scanner(ScannerEvent::Swept(id + 1, empty_sweep().into(), None));
     assert_eq!(sweep_ms(&service), before, "of another request");
     service.controller.sweep_started = std::time::Duration::ZERO;
-    service.scanner(ScannerEvent::Swept(id, empty_sweep(), None));
+    service.scanner(ScannerEvent::Swept(id, empty_sweep().into(), None));
     assert!(sweep_ms(&service) > before);
     let began = Instant::now() - TIMEOUT;
     service.controller.step_started = began;
