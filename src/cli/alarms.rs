@@ -104,11 +104,7 @@ struct ExportArgs {
 
 pub(super) fn run(args: &AlarmsArgs) -> CommandResult {
     let file = args.config.as_deref();
-    let settings = match &args.action {
-        // It makes a mixture: with the settings in force or not at all.
-        Some(AlarmsAction::Accept(_)) => config::load_settings(file)?,
-        _ => config::load_for_reading(file)?,
-    };
+    let settings = config::load_for_reading(file)?;
     // Filters may also stand before the action.
     let outer = &args.filters;
     match &args.action {
@@ -124,8 +120,8 @@ pub(super) fn run(args: &AlarmsArgs) -> CommandResult {
         Some(AlarmsAction::Show { id }) => show(args, *id, &settings),
         Some(AlarmsAction::Ack(ack_args)) => acknowledge(args, ack_args, &settings),
         Some(AlarmsAction::Accept(accept)) => {
-            let by = user(accept.by.as_deref());
-            alarm_accept::run(&settings, &accept.ids, &by, args.json)
+            let by = accept.by.as_deref();
+            alarm_accept::run(&settings, file, &accept.ids, by, args.json)
         }
     }
 }

@@ -4,7 +4,8 @@ use super::failure::Failure;
 use super::progress::Work;
 use crate::service::SWEEP_INFO_HEADER;
 use crate::service::replies::{
-    AckReply, ErrorReply, ReloadReply, StatusReply, SweepInfo, TeachReply, WorkProgress,
+    AcceptReply, AckReply, ErrorReply, ReloadReply, StatusReply, SweepInfo, TeachReply,
+    WorkProgress,
 };
 use crate::store::BackupResult;
 use http_body_util::{BodyExt as _, Full};
@@ -149,6 +150,21 @@ const ACK_LIMIT: Duration = Duration::from_secs(60);
 pub(super) fn request_ack(socket: &Path, body: Value) -> Result<Option<AckReply>, Failure> {
     let answer = exchange(socket, Method::POST, "/ack", Some(body), Some(ACK_LIMIT));
     reply_if_running(socket, "/ack", answer)
+}
+
+/// Accepts an alarm; `None` where no service runs.
+///
+/// # Errors
+/// No permission for the socket, or the error reply of the service.
+pub(super) fn request_accept(
+    socket: &Path,
+    id: i64,
+    body: Value,
+) -> Result<Option<AcceptReply>, Failure> {
+    let working = Work::start(format!("alarm {id}: the service makes it normal"));
+    let answer = post(socket, "/accept", Some(body));
+    drop(working);
+    reply_if_running(socket, "/accept", answer)
 }
 
 /// Restores the store of the service from a backup; `None` where no service runs.

@@ -7,7 +7,7 @@ use super::api_state::{ApiState, Peer};
 use super::connections::serve_connections;
 use super::message::{CancelResult, ClientRequest, ReplyTo, ServiceMessage, TeachOptions};
 use super::replies::{RefusalReply, RequestReply, ServiceReply, StatusReply};
-use super::store_api::{acknowledge, restore};
+use super::store_api::{accept, acknowledge, restore};
 use crate::patrol::event::{PatrolTask, RefusalReason};
 use crate::patrol::name::waypoint_name_error;
 use axum::extract::connect_info::ConnectInfo;
@@ -58,6 +58,7 @@ pub(super) async fn serve(
         .route("/sweep", post(sweep))
         .route("/reload", post(reload))
         .route("/ack", post(acknowledge))
+        .route("/accept", post(accept))
         .route("/restore", post(restore))
         .route("/status", get(get_status))
         .route("/requests/{id}", get(request_state).delete(cancel_request))
@@ -177,7 +178,7 @@ fn unknown_request(id: &str) -> Response {
     )
 }
 
-const PATHS: &str = "POST /visit, /teach, /sweep, /reload, /ack, /restore; GET /status, /requests/ID; DELETE /requests/ID";
+const PATHS: &str = "POST /visit, /teach, /sweep, /reload, /ack, /accept, /restore; GET /status, /requests/ID; DELETE /requests/ID";
 
 async fn unknown_path() -> Response {
     error(

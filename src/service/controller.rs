@@ -29,6 +29,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::sync::{oneshot, watch};
 
+mod accepting;
 mod acknowledging;
 mod clients;
 mod housekeeping;
@@ -204,6 +205,10 @@ impl Controller {
             ServiceMessage::Storage(report) => return self.report_storage(&report),
             ServiceMessage::Acknowledge(request, reply_to) => {
                 return self.acknowledge(request, reply_to);
+            }
+            ServiceMessage::Accept(request, client) => return self.accept(request, client),
+            ServiceMessage::AcceptPrepared(prepared, request, client) => {
+                return self.store_acceptance(*prepared, request, client);
             }
             ServiceMessage::Restore(from, client) => return self.restore(from, client),
             ServiceMessage::RestoreStep(step) => return self.restore_step(*step),

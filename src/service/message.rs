@@ -1,7 +1,8 @@
 //! Messages to the service loop.
 
+use super::acceptance::Acceptance;
 use super::judgement::{SweepJudgement, VisitBasis};
-use super::replies::{AckReply, ReloadReply, RequestReply, ServiceReply};
+use super::replies::{AcceptReply, AckReply, ReloadReply, RequestReply, ServiceReply};
 use super::scanner_thread::ScannerEvent;
 use crate::alarm::AlarmAnswer;
 use crate::config::{ConfigError, LoadedConfig};
@@ -30,6 +31,14 @@ pub(super) struct AckRequest {
     pub(super) answer: Option<AlarmAnswer>,
 }
 
+/// Who makes the thing of an alarm normal.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct AcceptRequest {
+    pub(super) id: i64,
+    /// With the user that the socket saw.
+    pub(super) by: String,
+}
+
 /// The steps of a restore while the service runs.
 #[derive(Debug)]
 pub(super) enum RestoreStep {
@@ -42,6 +51,9 @@ pub(super) enum RestoreStep {
     /// Checked.
     Checked(Result<BackupResult, StoreError>),
 }
+
+/// Who waits for an accept.
+pub(super) type AcceptClient = oneshot::Sender<Result<AcceptReply, StoreError>>;
 
 /// The outcome for the client.
 pub(super) type RestoreReply = Result<BackupResult, String>;
@@ -99,6 +111,14 @@ pub(super) enum ServiceMessage {
     Storage(Box<StorageReport>),
     /// A client acknowledges an alarm.
     Acknowledge(AckRequest, oneshot::Sender<Result<AckReply, StoreError>>),
+    /// A client accepts an alarm.
+    Accept(AcceptRequest, AcceptClient),
+    /// Its new reference is made, or cannot be.
+    AcceptPrepared(
+        Box<Result<Acceptance, StoreError>>,
+        AcceptRequest,
+        AcceptClient,
+    ),
     /// A client asks for a restore from the folder of a backup.
     Restore(PathBuf, oneshot::Sender<RestoreReply>),
     /// The next step of a restore is done, or cannot be.

@@ -1,5 +1,6 @@
 //! Takes settings and commands, runs the patrol: devices, client requests, timers and signals in one loop.
 
+mod acceptance;
 mod active_request;
 mod api;
 mod api_body;
@@ -41,6 +42,7 @@ mod wall_clock;
 mod work_estimate;
 mod write_limit;
 
+pub use acceptance::Acceptance;
 pub use api_reply::SWEEP_INFO_HEADER;
 pub use error::ServiceError;
 pub use lock::StoreLock;

@@ -51,6 +51,19 @@ pub struct AckReply {
     pub by: String,
 }
 
+/// An alarm whose thing is normal now.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AcceptReply {
+    /// Number of the alarm.
+    pub alarm: i64,
+    /// Where.
+    pub waypoint: String,
+    /// The version of the reference in which it is normal.
+    pub version: i64,
+    /// By whom: the user that the socket saw, and the name that was given.
+    pub by: String,
+}
+
 /// Durations of the steps, milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct StepTiming {

@@ -1,9 +1,9 @@
-//! Requests that are about the store alone: POST /ack, POST /restore.
+//! Requests that are about the store alone: POST /ack, POST /accept, POST /restore.
 
 use super::api_body::JsonObject;
 use super::api_reply::{error, respond};
 use super::api_state::{ApiState, Peer};
-use super::message::{AckRequest, ServiceMessage};
+use super::message::{AcceptRequest, AckRequest, ServiceMessage};
 use super::operator::operator;
 use super::replies::ServiceReply;
 use crate::alarm::AlarmAnswer;
@@ -32,12 +32,37 @@ pub(super) struct AckBody {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
+pub(super) struct AcceptBody {
+    id: i64,
+    #[serde(default)]
+    by: Option<String>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct RestoreBody {
     dir: PathBuf,
 }
 
 fn stopping() -> Response {
     respond(ServiceReply::Refused(RefusalReason::Stopping))
+}
+
+fn store_error(why: &StoreError) -> Response {
+    let code = match why {
+        StoreError::UnknownAlarm(_) => StatusCode::NOT_FOUND,
+        StoreError::NotAcceptable { .. } => StatusCode::CONFLICT,
+        _ => StatusCode::INTERNAL_SERVER_ERROR,
+    };
+    error(code, why.to_string())
+}
+
+/// The user that the socket saw, and in front of it the name that was given.
+fn signed(given: Option<String>, peer: &Peer) -> String {
+    match peer.uid() {
+        Some(uid) => operator(given.as_deref(), uid),
+        None => given.unwrap_or_else(|| peer.to_string()),
+    }
 }
 
 /// Answers when it is on disk.
@@ -51,13 +76,9 @@ pub(super) async fn acknowledge(
         let text = "answer: expected \"confirmed\" or \"false_alarm\"";
         return error(StatusCode::BAD_REQUEST, text.to_owned());
     }
-    let by = match peer.uid() {
-        Some(uid) => operator(body.by.as_deref(), uid),
-        None => body.by.unwrap_or_else(|| peer.to_string()),
-    };
     let request = AckRequest {
         id: body.id,
-        by,
+        by: signed(body.by, &peer),
         note: body.note,
         answer: answer.flatten(),
     };
@@ -65,11 +86,27 @@ pub(super) async fn acknowledge(
     let message = ServiceMessage::Acknowledge(request, reply_to);
     match (state.inbox.send(message), reply.await) {
         (Ok(()), Ok(Ok(reply))) => Json(reply).into_response(),
-        (Ok(()), Ok(Err(why @ StoreError::UnknownAlarm(_)))) => {
-            error(StatusCode::NOT_FOUND, why.to_string())
-        }
-        (Ok(()), Ok(Err(why))) => error(StatusCode::INTERNAL_SERVER_ERROR, why.to_string()),
+        (Ok(()), Ok(Err(why))) => store_error(&why),
         // The sender is dropped without a reply when the service ends.
+        _ => stopping(),
+    }
+}
+
+/// Answers when the new reference is on disk.
+pub(super) async fn accept(
+    State(state): State<ApiState>,
+    ConnectInfo(peer): ConnectInfo<Peer>,
+    JsonObject(body): JsonObject<AcceptBody>,
+) -> Response {
+    let request = AcceptRequest {
+        id: body.id,
+        by: signed(body.by, &peer),
+    };
+    let (reply_to, reply) = oneshot::channel();
+    let message = ServiceMessage::Accept(request, reply_to);
+    match (state.inbox.send(message), reply.await) {
+        (Ok(()), Ok(Ok(reply))) => Json(reply).into_response(),
+        (Ok(()), Ok(Err(why))) => store_error(&why),
         _ => stopping(),
     }
 }

@@ -1,9 +1,11 @@
 //! Taking a reference: what refuses it, and what `alarms accept` makes normal without one.
 
-use super::harness::{ScriptedScanner, ScriptedSweep, TestService, configure};
-use super::{AFTER, BEFORE, events, process};
+use super::faulty_disk::{Fault, FaultyDisk};
+use super::harness::{ScriptedScanner, ScriptedSweep, TestService, configure, parts};
+use super::{AFTER, BEFORE, events, process, schema};
 use patrold::store::Store;
-use std::path::Path;
+use std::process::Output;
+use std::sync::Arc;
 
 #[test]
 fn a_teach_whose_client_disconnected_leaves_no_reference() {
@@ -50,7 +52,10 @@ fn a_teach_whose_client_disconnected_leaves_no_reference() {
 fn teaching_over_an_alarm_is_a_decision_and_accepting_it_needs_no_drive() {
     let dir = tempfile::tempdir().expect("temp dir");
     configure(dir.path(), "");
-    let service = TestService::start(dir.path(), &ScriptedScanner::new(BEFORE));
+    let (scanner, disk) = (ScriptedScanner::new(BEFORE), FaultyDisk::default());
+    let mut parts = parts(dir.path(), &scanner);
+    parts.disk = Arc::new(disk.clone());
+    let service = TestService::start_with(dir.path(), &scanner, parts);
     assert_eq!(service.post("/teach", "hall").status, 200);
     let sweeps = service.scanner.script().sweeps;
     let slip = service.post("/teach", "halls");
@@ -73,20 +78,29 @@ fn teaching_over_an_alarm_is_a_decision_and_accepting_it_needs_no_drive() {
         "no sweep for these"
     );
 
-    accept_without_room(dir.path());
-    assert_eq!(alarm_state(&service), "open", "nobody has seen to it");
-    let accept = || {
-        let run = process::patrold(dir.path(), &["alarms", "accept", "1", "--by", "ana"]).output();
+    let accept = |id: &str| {
+        let run = process::patrold(dir.path(), &["alarms", "accept", id, "--by", "ana"]).output();
         run.expect("runs")
     };
-    let accepted = accept();
-    let text = String::from_utf8_lossy(&accepted.stdout).into_owned();
-    assert_eq!(
-        text.trim(),
-        "alarm 1: normal from reference hall/2 on",
-        "{accepted:?}"
-    );
-    assert_eq!(accept().status.code(), Some(1), "once");
+    let normal = |accepted: &Output, alarm: i64, version: i64| {
+        let text = String::from_utf8_lossy(&accepted.stdout).into_owned();
+        let expected = format!("alarm {alarm}: normal from reference hall/{version} on");
+        assert_eq!(text.trim(), expected, "{accepted:?}");
+    };
+    disk.fail(Fault::Full, 0, true);
+    assert_eq!(accept("1").status.code(), Some(1), "no room for the view");
+    disk.heal();
+    assert_eq!(alarm_state(&service), "open", "nobody has seen to it");
+    normal(&accept("1"), 1, 2);
+    assert_eq!(accept("1").status.code(), Some(1), "once");
+    for (body, status) in [
+        (r#"{"id": 1}"#, 409),
+        (r#"{"id": 99}"#, 404),
+        (r#"{"id": "1"}"#, 400),
+    ] {
+        let answer = service.request("POST", "/accept", body);
+        assert_eq!(answer.status, status, "{body}: {}", answer.error());
+    }
     // The box is normal, and so is what it hides; without it, the place has changed.
     let with = service.visit(AFTER);
     assert_eq!(
@@ -112,6 +126,33 @@ fn teaching_over_an_alarm_is_a_decision_and_accepting_it_needs_no_drive() {
         text.starts_with("alarm 1 accepted by ana (user ") && text.ends_with(": reference hall/2")
     };
     assert!(events(&service).iter().any(is_accepted));
+
+    // The user is the one that the socket sees, and without a service the one that runs the command.
+    assert_eq!(service.visit(AFTER)["alarm"]["id"], 3);
+    let reply = service.request("POST", "/accept", r#"{"id": 3, "by": "bo"}"#);
+    assert_eq!(reply.status, 200, "{}", reply.json());
+    schema::check("accept", &reply.json());
+    assert_eq!(reply.json()["version"], 4);
+    let signed = |by: &str| by.starts_with("bo (user ");
+    assert!(
+        reply.json()["by"].as_str().is_some_and(signed),
+        "{}",
+        reply.json()
+    );
+    assert_eq!(service.visit(BEFORE)["alarm"]["id"], 4);
+    service.stop();
+    let report = process::patrold(
+        dir.path(),
+        &["alarms", "accept", "4", "--by", "bo", "--json"],
+    );
+    let report = { report }.output().expect("runs");
+    let report: serde_json::Value = serde_json::from_slice(&report.stdout).expect("JSON");
+    schema::check("alarms-accepted", &report);
+    assert_eq!(report["accepted"][0]["version"], 5);
+    assert!(
+        report["accepted"][0]["by"].as_str().is_some_and(signed),
+        "{report}"
+    );
 }
 
 #[test]
@@ -171,24 +212,4 @@ fn a_name_that_is_nearly_known_is_asked_about_on_a_terminal_and_refused_off_it()
 fn alarm_state(service: &TestService) -> String {
     let store = Store::open_for_reading(&service.dir.join("store")).expect("readable");
     store.alarm(1).expect("raised").state
-}
-
-/// Tries to accept alarm 1 where no file may become as long as the view of a reference.
-fn accept_without_room(dir: &Path) {
-    let blobs = std::fs::read_dir(dir.join("store/blobs")).expect("evidence");
-    let length = |entry: std::io::Result<std::fs::DirEntry>| {
-        let about = entry.expect("an entry").metadata().expect("its size");
-        about.len()
-    };
-    let longest = blobs.map(length).max().expect("files");
-    // POSIX counts in blocks of 512 bytes.
-    let limit = format!("ulimit -f {}; exec \"$0\" \"$@\"", longest / 1024);
-    let accept = process::patrold(dir, &["alarms", "accept", "1", "--by", "bo"]);
-    let run = std::process::Command::new("sh")
-        .args(["-c", &limit])
-        .arg(accept.get_program())
-        .args(accept.get_args())
-        .output()
-        .expect("runs");
-    assert!(!run.status.success(), "{run:?}");
 }
