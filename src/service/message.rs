@@ -8,8 +8,9 @@ use crate::alarm::AlarmAnswer;
 use crate::config::{ConfigError, LoadedConfig};
 use crate::patrol::event::{PatrolTask, RefusalReason};
 use crate::patrol::severity::Severity;
-use crate::store::{BackupResult, PreparedRestore, StorageReport, StoreError, StoreStart};
+use crate::store::{BackupResult, Disk, PreparedRestore, StorageReport, StoreError, StoreStart};
 use std::path::PathBuf;
+use std::sync::Arc;
 use tokio::sync::oneshot;
 
 /// What the client of a teach decided.
@@ -43,7 +44,7 @@ pub(super) struct AcceptRequest {
 #[derive(Debug)]
 pub(super) enum RestoreStep {
     /// Nothing is deleted any more from the store in this folder.
-    Quiet(PathBuf),
+    Quiet(PathBuf, Arc<dyn Disk>),
     /// The files of the backup are there; the database waits beside the old one.
     Prepared(Result<PreparedRestore, StoreError>),
     /// The database is in its place.

@@ -71,6 +71,18 @@ impl StorageWatch {
             notes.push((Severity::Error, text));
         }
         self.journal_fails = report.journal_error.is_some();
+        match &report.compacted {
+            Ok(Some(done)) => {
+                let [before, now] = [done.before, done.after].map(|bytes| bytes / 1_000_000);
+                let text = format!("the journal was compacted: {now} MB instead of {before} MB");
+                notes.push((Severity::Info, text));
+            }
+            Ok(None) => {}
+            Err(error) => {
+                let text = format!("the journal is not compacted: {error}");
+                notes.push((Severity::Warning, text));
+            }
+        }
         notes.extend(self.note_space(report));
         notes
     }
@@ -105,7 +117,7 @@ impl StorageWatch {
 mod tests {
     use super::StorageWatch;
     use crate::patrol::severity::Severity;
-    use crate::store::{DiskSpace, RetryResult, StorageReport, StoreError};
+    use crate::store::{CompactedJournal, DiskSpace, RetryResult, StorageReport, StoreError};
 
     /// Room for this many visits, beside the reserve of 16 MiB.
     fn report(visits: u64, held: usize, journal_error: Option<&str>) -> StorageReport {
@@ -116,6 +128,7 @@ mod tests {
                 ..RetryResult::default()
             },
             journal_error: journal_error.map(str::to_owned),
+            compacted: Ok(None),
             space: Ok(DiskSpace {
                 free_bytes: (16 << 20) + visits * 1000,
                 visit_bytes: 1000,
@@ -150,5 +163,18 @@ mod tests {
         ] {
             assert_eq!(severities(&mut watch, &report), expected, "{report:?}");
         }
+    }
+
+    #[test]
+    fn a_compacted_journal_is_noted_and_one_that_cannot_be() {
+        let mut watch = StorageWatch::default();
+        let mut compacted = report(1000, 0, None);
+        let (before, after) = (130_000_000, 64_000_000);
+        compacted.compacted = Ok(Some(CompactedJournal { before, after }));
+        let notes = watch.note(&compacted);
+        let text = "the journal was compacted: 64 MB instead of 130 MB".to_owned();
+        assert_eq!(notes, [(Severity::Info, text)]);
+        compacted.compacted = Err(StoreError::UnknownAlarm(7));
+        assert_eq!(severities(&mut watch, &compacted), [Severity::Warning]);
     }
 }

@@ -2,11 +2,12 @@
 //! as far as that database knows it. Run again it continues.
 
 pub(super) mod replace_database;
+pub(super) mod swapped_store;
 
 use super::blob_files::BlobFiles;
 use super::check::StoreCheck;
 use super::connection::{Store, database_path};
-use super::disk::{Disk, SystemDisk};
+use super::disk::{Disk, TransactionStep};
 use super::error::StoreError;
 use super::journal::line::{JournalLine, read_lines};
 use super::journal::tables::journal_path;
@@ -14,8 +15,9 @@ use replace_database::{remove_database, remove_log, rename};
 use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{Connection, OptionalExtension, ffi};
 use serde::{Deserialize, Serialize};
-use std::fs::File;
-use std::io::{self, BufReader};
+use std::fs;
+use std::io::{self, BufReader, Read};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -50,23 +52,31 @@ impl Store {
         if let Some(dir) = self.database_path().parent() {
             refuse_own_folder(dir, to)?;
         }
-        let disk: Arc<dyn Disk> = Arc::new(SystemDisk);
+        let disk = Arc::clone(&self.disk);
         let files = BlobFiles::create(to, Arc::clone(&disk))?;
         let new = to.join("patrold.db.new");
-        remove_database(&new);
+        remove_database(&*disk, &new);
+        let journal = self.journal_path();
+        // Where the journal is compacted before the end, lines that this copy of the database needs are in the old one alone.
+        let inode = inode_of(journal);
+        let mut journals = open_journal(&*disk, journal)?;
         self.copy_database(&new)?;
         let database = database_path(to);
-        remove_log(&database);
-        rename(&new, &database)?;
+        remove_log(&*disk, &database);
+        rename(&*disk, &new, &database)?;
         sync_folder(&*disk, to)?;
         // After the database: every file that it names is there.
         let mut result = self.copy_files(&files, &mut progress)?;
-        copy_journal(self.journal_path(), &database, &journal_path(to), &*disk)?;
+        if inode_of(journal) != inode {
+            journals.extend(open_journal(&*disk, journal)?);
+        }
+        copy_journal(journals, &database, &journal_path(to), &*disk)?;
         result.check = Self::open_for_reading(to)?.check(|_, _| ())?;
         Ok(result)
     }
 
     pub(super) fn copy_database(&self, to: &Path) -> Result<(), StoreError> {
+        self.transaction_step(TransactionStep::Begin, to)?;
         self.query(|db| {
             let mut copy = Connection::open(to)?;
             // All pages at once: one snapshot, whatever is written meanwhile.
@@ -78,11 +88,20 @@ impl Store {
             copy.close().map_err(|(_, error)| error)?;
             Ok(())
         })?;
-        let synced = File::open(to).and_then(|file| file.sync_all());
-        synced.map_err(|source| StoreError::File {
+        self.transaction_step(TransactionStep::Commit, to)?;
+        self.disk.sync_file(to).map_err(|source| StoreError::File {
             path: to.to_owned(),
             source,
         })
+    }
+
+    /// What a disk of a test has the database at `path` fail with.
+    fn transaction_step(&self, step: TransactionStep, path: &Path) -> Result<(), StoreError> {
+        let failed = |code| {
+            let error = rusqlite::Error::SqliteFailure(ffi::Error::new(code), None);
+            StoreError::from(error).with_path(path)
+        };
+        self.disk.transaction_step(step).map_err(failed)
     }
 
     pub(super) fn copy_files(
@@ -123,9 +142,25 @@ pub(super) fn refuse_own_folder(own: &Path, other: &Path) -> Result<(), StoreErr
     }
 }
 
-/// Copies the lines of a journal that the database at `database` knows: those after its last change belong to a later state.
+/// The journal at `path`, where there is one.
+pub(super) fn open_journal(disk: &dyn Disk, path: &Path) -> Result<Vec<Box<dyn Read>>, StoreError> {
+    match disk.open_at(path, 0) {
+        Ok(file) => Ok(vec![file]),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+        Err(source) => Err(StoreError::File {
+            path: path.to_owned(),
+            source,
+        }),
+    }
+}
+
+fn inode_of(path: &Path) -> Option<u64> {
+    fs::metadata(path).ok().map(|file| file.ino())
+}
+
+/// Copies the lines of journals that the database at `database` knows: those after its last change belong to a later state.
 pub(super) fn copy_journal(
-    from: &Path,
+    from: Vec<Box<dyn Read>>,
     database: &Path,
     to: &Path,
     disk: &dyn Disk,
@@ -140,21 +175,15 @@ pub(super) fn copy_journal(
     let copy = || -> io::Result<()> {
         let temp = to.with_extension("tmp");
         let mut copy = disk.create(&temp)?;
-        match File::open(from) {
-            Ok(file) => {
-                read_lines(
-                    BufReader::new(file),
-                    |line: JournalLine| -> io::Result<()> {
-                        if line.number > known {
-                            return Ok(());
-                        }
-                        let text = line.to_text().map_err(io::Error::other)?;
-                        copy.write(text.as_bytes())
-                    },
-                )?;
-            }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(error) => return Err(error),
+        for file in from {
+            let each = |line: JournalLine| -> io::Result<()> {
+                if line.number > known {
+                    return Ok(());
+                }
+                let text = line.to_text().map_err(io::Error::other)?;
+                copy.write(text.as_bytes())
+            };
+            read_lines(BufReader::new(file), each)?;
         }
         copy.sync()?;
         disk.rename(&temp, to)
@@ -170,4 +199,58 @@ pub(super) fn sync_folder(disk: &dyn Disk, dir: &Path) -> Result<(), StoreError>
         path: dir.to_owned(),
         source,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{JournalLine, copy_journal, open_journal, read_lines};
+    use crate::store::{Store, StoreError, SystemDisk};
+    use std::fs;
+    use std::io;
+
+    fn line(number: i64) -> String {
+        let line = JournalLine {
+            number,
+            table: "visit".to_owned(),
+            id: number,
+            row: None,
+        };
+        line.to_text().expect("text")
+    }
+
+    #[test]
+    fn the_lines_that_the_database_knows_are_copied_and_no_later_ones() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let mut store = Store::open(dir.path()).expect("store");
+        for name in ["hall", "yard"] {
+            let insert = "INSERT INTO waypoint (name, created_at) VALUES (?1, '')";
+            let written = store.transaction(|change| Ok(change.execute(insert, [name])?));
+            written.expect("written");
+        }
+        store.close();
+        let database = dir.path().join("patrold.db");
+        let (from, to) = (dir.path().join("from"), dir.path().join("to"));
+        let copied = || {
+            let journal = open_journal(&SystemDisk, &from)?;
+            copy_journal(journal, &database, &to, &SystemDisk)
+        };
+        // The database knows changes 1 and 2; a damaged line is of nobody.
+        let lines = [line(1), "torn\n".to_owned(), line(3), line(2)];
+        fs::write(&from, lines.concat()).expect("written");
+        copied().expect("copied");
+        let mut numbers = Vec::new();
+        let text = fs::read(&to).expect("read");
+        let damaged = read_lines(text.as_slice(), |line| -> io::Result<()> {
+            numbers.push(line.number);
+            Ok(())
+        });
+        assert_eq!((numbers, damaged.expect("read")), (vec![1, 2], 0));
+        // A store without a journal has an empty one; one that cannot be read is an error.
+        fs::remove_file(&from).expect("removed");
+        copied().expect("copied");
+        assert_eq!(fs::read(&to).expect("read"), b"");
+        fs::create_dir(&from).expect("a folder");
+        let error = copied().expect_err("no file");
+        assert!(matches!(error, StoreError::File { .. }), "{error}");
+    }
 }

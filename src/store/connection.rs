@@ -104,6 +104,14 @@ impl Store {
     /// # Errors
     /// There is none, or it is another program's, newer, or older (a reader does not migrate).
     pub fn open_for_reading(dir: &Path) -> Result<Self, StoreError> {
+        Self::open_for_reading_on(dir, Arc::new(SystemDisk))
+    }
+
+    /// As [`Store::open_for_reading`], on this disk.
+    ///
+    /// # Errors
+    /// As [`Store::open_for_reading`].
+    pub fn open_for_reading_on(dir: &Path, disk: Arc<dyn Disk>) -> Result<Self, StoreError> {
         let path = Self::existing_database(dir)?;
         let db = match open_to_read(&path) {
             // On a read-only file system the -shm cannot be made, which is not needed where nobody writes.
@@ -113,7 +121,6 @@ impl Store {
             opened => opened,
         };
         let db = db.map_err(|error| error.with_path(&path).or_forbidden(&path))?;
-        let disk: Arc<dyn Disk> = Arc::new(SystemDisk);
         let files = BlobFiles::new(dir, Arc::clone(&disk));
         Ok(Self::from_parts(dir, db, files, disk))
     }
@@ -193,6 +200,11 @@ impl Store {
 
     pub(super) fn database_path(&self) -> &Path {
         &self.path
+    }
+
+    /// The disk under it.
+    pub fn disk(&self) -> Arc<dyn Disk> {
+        Arc::clone(&self.disk)
     }
 
     /// Its folder.

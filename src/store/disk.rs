@@ -3,7 +3,7 @@
 
 use std::fmt::Debug;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write as _};
+use std::io::{self, Read, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 
 pub(super) mod rights;
@@ -36,6 +36,24 @@ pub trait Disk: Debug + Send + Sync {
     /// # Errors
     /// The system refuses it.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+
+    /// Opens a file to read it piece by piece from this byte on.
+    ///
+    /// # Errors
+    /// The system refuses it.
+    fn open_at(&self, path: &Path, offset: u64) -> io::Result<Box<dyn Read>>;
+
+    /// Writes the content of a file that something else wrote to the medium.
+    ///
+    /// # Errors
+    /// The system refuses it.
+    fn sync_file(&self, path: &Path) -> io::Result<()>;
+
+    /// Gives a file a second name.
+    ///
+    /// # Errors
+    /// The system refuses it.
+    fn link(&self, from: &Path, to: &Path) -> io::Result<()>;
 
     /// Gives a file another name.
     ///
@@ -121,6 +139,20 @@ impl Disk for SystemDisk {
 
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         fs::read(path)
+    }
+
+    fn open_at(&self, path: &Path, offset: u64) -> io::Result<Box<dyn Read>> {
+        let mut file = File::open(path)?;
+        file.seek(SeekFrom::Start(offset))?;
+        Ok(Box::new(file))
+    }
+
+    fn sync_file(&self, path: &Path) -> io::Result<()> {
+        File::open(path)?.sync_all()
+    }
+
+    fn link(&self, from: &Path, to: &Path) -> io::Result<()> {
+        fs::hard_link(from, to)
     }
 
     fn rename(&self, from: &Path, to: &Path) -> io::Result<()> {

@@ -4,7 +4,9 @@
 //! Triggers write down which rows changed, in the transaction that changes them, whoever runs it; so a line that could not be
 //! appended is appended later. A row may be there several times; the last one counts.
 
+pub(super) mod compaction;
 pub(super) mod line;
+mod newest_lines;
 pub(super) mod position;
 pub(super) mod tables;
 

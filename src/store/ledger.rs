@@ -1,9 +1,11 @@
 //! The store as the service uses it: no verdict is lost because the disk fails. What it does not take is held in memory and
 //! written at the first chance, in order.
 
+use super::backup::swapped_store::SwappedStore;
 use super::connection::{RecordTime, Store};
 use super::error::StoreError;
 use super::held_visits::{HeldVisits, precedes_a_change};
+use super::journal::compaction::{CompactionLimits, Compactor};
 use super::sweeps::{SweepFiles, SweepRecord};
 use super::visits::{NewVisit, VisitOutcome};
 use std::collections::{BTreeSet, VecDeque};
@@ -21,6 +23,9 @@ pub struct Ledger {
     waiting: VecDeque<(i64, SweepFiles)>,
     /// What became of held visits since the last [`retry`](Self::retry).
     unreported: RetryResult,
+    /// Of a restore that failed half way and is not undone yet.
+    pub(super) half_restored: Option<SwappedStore>,
+    pub(super) compactor: Compactor,
 }
 
 /// What became of a visit.
@@ -59,7 +64,15 @@ impl Ledger {
             held: HeldVisits::default(),
             waiting: VecDeque::new(),
             unreported: RetryResult::default(),
+            half_restored: None,
+            compactor: Compactor::new(CompactionLimits::default()),
         }
+    }
+
+    /// Compacts the journal under these limits instead of the usual ones.
+    pub fn with_compaction(mut self, limits: CompactionLimits) -> Self {
+        self.compactor = Compactor::new(limits);
+        self
     }
 
     /// Stores a visit, after those of its waypoint that are held; holds it where the disk or the database fails.
@@ -115,7 +128,9 @@ impl Ledger {
     }
 
     /// Closes the database.
-    pub fn close(self) {
+    pub fn close(mut self) {
+        // Where it fails, the next start sees by the journal what the database has not.
+        let _ = self.undo_restore();
         self.store.close();
     }
 

@@ -44,6 +44,7 @@ pub use connection::{RecordTime, Store};
 pub use disk::{Disk, DiskFile, SystemDisk, TransactionStep, share_with_folder};
 pub use error::StoreError;
 pub use events::{EventFilter, EventRow};
+pub use journal::compaction::{CompactedJournal, CompactionLimits};
 pub use ledger::{Ledger, RetryResult, VisitRecord};
 pub use rebuild::RebuildResult;
 pub use references::new_mixture::NewMixture;

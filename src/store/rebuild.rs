@@ -58,7 +58,7 @@ impl Store {
             _ => file_error(&journal)(source),
         })?;
         let disk: Arc<dyn Disk> = Arc::new(SystemDisk);
-        remove_database(&new);
+        remove_database(&*disk, &new);
         let db = open_database(&new).map_err(|error| error.with_path(&new))?;
         let mut result = RebuildResult::default();
         let rebuild = || -> Result<(), StoreError> {
@@ -103,7 +103,13 @@ impl Store {
         };
         rebuild().map_err(|error| error.with_path(&new))?;
         drop(db);
-        result.old_database = put_in_place(dir, &new, "rebuild", stamp)?;
+        let replaced =
+            put_in_place(&*disk, dir, &new, "rebuild", stamp).map_err(|(error, mut old)| {
+                // The first error counts.
+                let _ = old.undo(&*disk);
+                error
+            })?;
+        result.old_database = replaced.kept;
         disk.sync_folder(dir).map_err(file_error(dir))?;
 
         let mut store = Self::open(dir)?;

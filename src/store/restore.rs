@@ -1,15 +1,13 @@
 //! Restore: the files of a backup first, because that takes long and changes nothing; then its database and journal in one
 //! short step that is undone where it fails; then the check. The service may run in between.
 
-use super::backup::replace_database::{
-    aside, keep_as, put_in_place, remove_database, rename, undo,
-};
-use super::backup::{BackupResult, copy_journal, refuse_own_folder, sync_folder};
+use super::backup::replace_database::remove_database;
+use super::backup::swapped_store::SwappedStore;
+use super::backup::{BackupResult, copy_journal, open_journal, refuse_own_folder};
 use super::blob_files::BlobFiles;
 use super::connection::{RecordTime, Store};
 use super::disk::{Disk, SystemDisk};
 use super::error::StoreError;
-use super::journal::tables::journal_path;
 use super::ledger::Ledger;
 use super::upkeep::StoreStart;
 use std::path::{Path, PathBuf};
@@ -20,6 +18,7 @@ use std::sync::Arc;
 pub struct PreparedRestore {
     dir: PathBuf,
     from: PathBuf,
+    disk: Arc<dyn Disk>,
     new: PathBuf,
     new_journal: PathBuf,
     result: BackupResult,
@@ -37,12 +36,32 @@ impl Store {
         stamp: &RecordTime,
         progress: impl FnMut(usize, usize),
     ) -> Result<BackupResult, StoreError> {
-        let mut prepared = PreparedRestore::new(dir, from, progress)?;
-        let swapped = prepared.put_in_place(stamp)?;
-        match Self::open(dir) {
+        Self::restore_on(dir, from, Arc::new(SystemDisk), stamp, progress)
+    }
+
+    /// As [`Store::restore`], on this disk.
+    ///
+    /// # Errors
+    /// As [`Store::restore`].
+    pub fn restore_on(
+        dir: &Path,
+        from: &Path,
+        disk: Arc<dyn Disk>,
+        stamp: &RecordTime,
+        progress: impl FnMut(usize, usize),
+    ) -> Result<BackupResult, StoreError> {
+        let mut prepared = PreparedRestore::new(dir, from, Arc::clone(&disk), progress)?;
+        // Where undoing fails, nothing is there to do it later: the next start sees by the journal what the database has not.
+        let mut swapped = prepared
+            .put_in_place(stamp)
+            .map_err(|(error, mut swapped)| {
+                let _ = swapped.undo();
+                error
+            })?;
+        match Self::open_on(dir, disk) {
             Ok(restored) => restored.close(),
             Err(error) => {
-                swapped.undo();
+                let _ = swapped.undo();
                 return Err(error);
             }
         }
@@ -59,27 +78,29 @@ impl PreparedRestore {
     pub fn new(
         dir: &Path,
         from: &Path,
+        disk: Arc<dyn Disk>,
         mut progress: impl FnMut(usize, usize),
     ) -> Result<Self, StoreError> {
         refuse_own_folder(dir, from)?;
-        let backup = Store::open_for_reading(from)?;
+        let backup = Store::open_for_reading_on(from, Arc::clone(&disk))?;
         if let Some(error) = backup.check(|_, _| ())?.database_errors.first() {
             return Err(StoreError::BadBackup {
                 path: from.to_owned(),
                 why: error.clone(),
             });
         }
-        let disk: Arc<dyn Disk> = Arc::new(SystemDisk);
         let files = BlobFiles::create(dir, Arc::clone(&disk))?;
         let result = backup.copy_files(&files, &mut progress)?;
         let new = dir.join("patrold.db.restore");
-        remove_database(&new);
+        remove_database(&*disk, &new);
         backup.copy_database(&new)?;
         let new_journal = dir.join("journal.restore");
-        copy_journal(backup.journal_path(), &new, &new_journal, &*disk)?;
+        let journal = open_journal(&*disk, backup.journal_path())?;
+        copy_journal(journal, &new, &new_journal, &*disk)?;
         Ok(Self {
             dir: dir.to_owned(),
             from: from.to_owned(),
+            disk,
             new,
             new_journal,
             result,
@@ -87,35 +108,21 @@ impl PreparedRestore {
     }
 
     /// The database first: after a stop between both the journal is ahead, which is noticed and loses nothing.
-    fn put_in_place(&mut self, stamp: &RecordTime) -> Result<SwappedDatabase, StoreError> {
-        let (dir, disk) = (&self.dir, SystemDisk);
-        let journal = journal_path(dir);
-        let mut swapped = SwappedDatabase {
-            dir: dir.clone(),
-            old_database: put_in_place(dir, &self.new, "restore", stamp)?,
-            old_journal: None,
-        };
-        let replace_journal = || -> Result<Option<PathBuf>, StoreError> {
-            let kept = journal.exists().then(|| aside(&journal, "restore", stamp));
-            if let Some(kept) = &kept {
-                keep_as(&journal, kept)?;
-            }
-            rename(&self.new_journal, &journal)?;
-            Ok(kept)
-        };
-        match replace_journal() {
-            Ok(kept) => swapped.old_journal = kept,
-            Err(error) => {
-                swapped.undo();
-                return Err(error);
-            }
+    ///
+    /// # Errors
+    /// The disk fails; what is in place by then is to be undone.
+    fn put_in_place(
+        &mut self,
+        stamp: &RecordTime,
+    ) -> Result<SwappedStore, (StoreError, SwappedStore)> {
+        let mut swapped = SwappedStore::new(&self.dir, Arc::clone(&self.disk));
+        let swap = swapped
+            .replace_database(&self.new, stamp)
+            .and_then(|()| swapped.replace_journal(&self.new_journal, stamp));
+        if let Err(error) = swap {
+            return Err((error, swapped));
         }
-        let synced = sync_folder(&disk, dir).and_then(|()| sync_folder(&disk, &dir.join("blobs")));
-        if let Err(error) = synced {
-            swapped.undo();
-            return Err(error);
-        }
-        self.result.old_database.clone_from(&swapped.old_database);
+        self.result.old_database = swapped.kept_database().map(Path::to_owned);
         Ok(swapped)
     }
 
@@ -124,11 +131,13 @@ impl PreparedRestore {
     /// # Errors
     /// The disk or the database fails.
     pub fn finish(mut self) -> Result<BackupResult, StoreError> {
-        let files = BlobFiles::new(&self.dir, Arc::new(SystemDisk));
-        let again = Store::open_for_reading(&self.from)?.copy_files(&files, &mut |_, _| ())?;
+        let files = BlobFiles::new(&self.dir, Arc::clone(&self.disk));
+        let backup = Store::open_for_reading_on(&self.from, Arc::clone(&self.disk))?;
+        let again = backup.copy_files(&files, &mut |_, _| ())?;
         self.result.copied_files += again.copied_files;
         self.result.copied_bytes += again.copied_bytes;
-        self.result.check = Store::open_for_reading(&self.dir)?.check(|_, _| ())?;
+        let restored = Store::open_for_reading_on(&self.dir, self.disk)?;
+        self.result.check = restored.check(|_, _| ())?;
         Ok(self.result)
     }
 }
@@ -138,12 +147,14 @@ impl Ledger {
     /// cannot be, nothing is restored.
     ///
     /// # Errors
-    /// The disk or the database fails, or something is still held; the store is as it was then.
+    /// The disk or the database fails, or something is still held; the store is as it was then. Where the disk does not even let
+    /// that be, the ledger goes on with the old database under its other name, and the upkeep tries again.
     pub fn restore(
         &mut self,
         mut prepared: PreparedRestore,
         stamp: &RecordTime,
     ) -> Result<(PreparedRestore, StoreStart), StoreError> {
+        self.undo_restore()?;
         if self.is_behind()
             && let Some(why) = self.retry().why
         {
@@ -151,34 +162,33 @@ impl Ledger {
         }
         self.store.append_to_journal();
         self.store.fold_log();
-        let swapped = prepared.put_in_place(stamp)?;
+        let swapped = match prepared.put_in_place(stamp) {
+            Ok(swapped) => swapped,
+            Err((error, swapped)) => return Err(self.give_up(error, swapped)),
+        };
         match Store::open_on(&prepared.dir, Arc::clone(&self.store.disk)) {
             Ok(restored) => {
                 std::mem::replace(&mut self.store, restored).close();
+                self.compactor.reset(&self.store);
                 Ok((prepared, self.start()))
             }
-            Err(error) => {
-                swapped.undo();
-                Err(error)
-            }
+            Err(error) => Err(self.give_up(error, swapped)),
         }
     }
-}
 
-/// Where the old database and the old journal are.
-#[derive(Debug)]
-struct SwappedDatabase {
-    dir: PathBuf,
-    old_database: Option<PathBuf>,
-    old_journal: Option<PathBuf>,
-}
+    fn give_up(&mut self, error: StoreError, swapped: SwappedStore) -> StoreError {
+        self.half_restored = Some(swapped);
+        // The first error counts; the upkeep tries again.
+        let _ = self.undo_restore();
+        error
+    }
 
-impl SwappedDatabase {
-    /// Best effort: each is a rename, which a disk that just took others takes too.
-    fn undo(self) {
-        undo(&self.dir, self.old_database.as_deref());
-        if let Some(kept) = &self.old_journal {
-            let _ = rename(kept, &journal_path(&self.dir));
+    /// Undoes a restore that failed half way and could not be undone at once.
+    pub(super) fn undo_restore(&mut self) -> Result<(), StoreError> {
+        if let Some(swapped) = &mut self.half_restored {
+            swapped.undo()?;
+            self.half_restored = None;
         }
+        Ok(())
     }
 }

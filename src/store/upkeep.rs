@@ -1,6 +1,7 @@
 //! The upkeep of the store while the service runs: at its start, and then every few seconds.
 
 use super::error::StoreError;
+use super::journal::compaction::CompactedJournal;
 use super::ledger::{Ledger, RetryResult};
 use super::space::DiskSpace;
 
@@ -24,6 +25,8 @@ pub struct StorageReport {
     pub retry: RetryResult,
     /// Why the last changes are not in the journal.
     pub journal_error: Option<String>,
+    /// The journal, where it was compacted now.
+    pub compacted: Result<Option<CompactedJournal>, StoreError>,
     /// Room on the disk.
     pub space: Result<DiskSpace, StoreError>,
 }
@@ -36,6 +39,7 @@ impl Ledger {
             Ok(deleted) => start.half_written = deleted.sweeps,
             Err(error) => start.failures.push(error),
         }
+        self.compactor.reset(&self.store);
         match self.store.settle_evidence() {
             Ok(missing) => start.evidence_missing = missing,
             Err(error) => start.failures.push(error),
@@ -50,13 +54,17 @@ impl Ledger {
 
     /// Writes what is held, takes the reserve where it is not held, looks how much room there is.
     pub fn maintain(&mut self) -> StorageReport {
+        // Where it fails it is tried again next time; visits are stored all the same.
+        let _ = self.undo_restore();
         let retry = self.retry();
         // Where the disk is full it is tried again next time; where it fails, `retry` and the visits say so.
         let _ = self.store.hold_reserve();
         self.store.append_to_journal();
+        let compacted = self.compactor.step(&mut self.store);
         StorageReport {
             retry,
             journal_error: self.store.journal_error().map(ToString::to_string),
+            compacted,
             space: self.store.disk_space(),
         }
     }

@@ -120,6 +120,22 @@ impl Disk for FaultyDisk {
         SystemDisk.read(path)
     }
 
+    fn open_at(&self, path: &Path, offset: u64) -> io::Result<Box<dyn io::Read>> {
+        self.step("open to read")?;
+        SystemDisk.open_at(path, offset)
+    }
+
+    fn sync_file(&self, path: &Path) -> io::Result<()> {
+        self.step("open to read")?;
+        self.step("sync")?;
+        SystemDisk.sync_file(path)
+    }
+
+    fn link(&self, from: &Path, to: &Path) -> io::Result<()> {
+        self.step("link")?;
+        SystemDisk.link(from, to)
+    }
+
     fn rename(&self, from: &Path, to: &Path) -> io::Result<()> {
         self.step("rename")?;
         SystemDisk.rename(from, to)

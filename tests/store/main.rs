@@ -5,11 +5,13 @@ mod alarms;
 mod dialogue;
 mod busy;
 mod call_faults;
+mod compaction;
 #[path = "../harness/faulty_disk.rs"]
 mod faulty_disk;
 mod failing_accepts;
 mod failing_calls;
 mod failing_copies;
+mod failing_restores;
 mod faults;
 mod health;
 mod incidents;

@@ -3,7 +3,7 @@
 use super::faulty_disk::{Fault, FaultyDisk};
 use super::kit::{changed_visit, novelty_at, stamp, teach, visit};
 use super::rebuild::rows;
-use patrold::store::{Ledger, PreparedRestore, Store, VisitRecord};
+use patrold::store::{Ledger, PreparedRestore, Store, SystemDisk, VisitRecord};
 use patrold_engine::novelty::Verdict;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,8 @@ fn ledger(dir: &Path) -> (Ledger, FaultyDisk, PathBuf, PathBuf) {
 }
 
 fn prepare(live: &Path, copy: &Path) -> PreparedRestore {
-    PreparedRestore::new(live, copy, |_, _| ()).expect("prepared")
+    let disk = Arc::new(SystemDisk);
+    PreparedRestore::new(live, copy, disk, |_, _| ()).expect("prepared")
 }
 
 #[test]

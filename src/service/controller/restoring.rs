@@ -27,8 +27,8 @@ impl Controller {
         // After what was submitted before: a retention that deletes what the backup names.
         let inbox = self.services.inbox.clone();
         self.services.writer.submit(
-            |ledger| ledger.store.dir().to_owned(),
-            move |dir| send(&inbox, step(RestoreStep::Quiet(dir))),
+            |ledger| (ledger.store.dir().to_owned(), ledger.store.disk()),
+            move |(dir, disk)| send(&inbox, step(RestoreStep::Quiet(dir, disk))),
         );
     }
 
@@ -38,10 +38,10 @@ impl Controller {
         };
         let inbox = self.services.inbox.clone();
         match done {
-            RestoreStep::Quiet(dir) => {
+            RestoreStep::Quiet(dir, disk) => {
                 let from = restore.from.clone();
                 tokio::task::spawn_blocking(move || {
-                    let prepared = PreparedRestore::new(&dir, &from, |_, _| ());
+                    let prepared = PreparedRestore::new(&dir, &from, disk, |_, _| ());
                     send(&inbox, step(RestoreStep::Prepared(prepared)));
                 });
             }

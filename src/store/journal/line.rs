@@ -56,7 +56,7 @@ impl JournalLine {
     }
 
     /// `None`: torn, changed, or of another program.
-    fn from_text(line: &str) -> Option<Self> {
+    pub(super) fn from_text(line: &str) -> Option<Self> {
         let (sum, text) = line.trim_end_matches('\n').split_once(' ')?;
         if sum.len() != CHECKSUM_DIGITS || !sha256_hex(text.as_bytes()).starts_with(sum) {
             return None;

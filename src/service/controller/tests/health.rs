@@ -131,6 +131,7 @@ fn space(visits: u64) -> ServiceMessage {
     ServiceMessage::Storage(Box::new(StorageReport {
         retry: RetryResult::default(),
         journal_error: None,
+        compacted: Ok(None),
         space: Ok(DiskSpace {
             free_bytes: (16 << 20) + visits * 1_000_000,
             visit_bytes: 1_000_000,
