@@ -9,6 +9,8 @@ pub(crate) const WAYPOINTS: i64 = 40;
 pub(crate) const VISITS_PER_ALARM: i64 = 100;
 /// Events: one for so many visits.
 const VISITS_PER_EVENT: i64 = 10;
+/// Sweeps whose files are still there: of the last two days.
+pub(crate) const KEPT_SWEEPS: i64 = 5760;
 /// 2026-03-01T00:00:00Z, and a visit every half minute.
 const FIRST_S: i64 = 1_772_323_200;
 const SECONDS_PER_VISIT: i64 = 30;
@@ -55,8 +57,14 @@ pub(crate) fn build(dir: &Path, visits: i64) {
     {
         let mut visit = change
             .prepare(
-                "INSERT INTO visit (id, waypoint_id, reference_id, at, boot_id, verdict, reason, d_gmm, u_th, seed, engine, report)
-                 VALUES (?1, ?2, ?2, ?3, ?4, ?5, ?6, ?7, 0.0005, 7, ?8, ?9)",
+                "INSERT INTO visit (id, waypoint_id, reference_id, at, boot_id, verdict, reason, d_gmm, u_th, seed, engine, report, sweep_id)
+                 VALUES (?1, ?2, ?2, ?3, ?4, ?5, ?6, ?7, 0.0005, 7, ?8, ?9, ?10)",
+            )
+            .expect("a statement");
+        let mut sweep = change
+            .prepare(
+                "INSERT INTO sweep (id, waypoint_id, taken_at, boot_id, points, quality, view_file)
+                 VALUES (?1, ?2, ?3, ?4, 80000, '{}', ?5)",
             )
             .expect("a statement");
         let mut event = change
@@ -74,6 +82,14 @@ pub(crate) fn build(dir: &Path, visits: i64) {
             } else {
                 1e-7 * (id % 1000) as f64
             };
+            let file = (id > visits - KEPT_SWEEPS).then(|| file_of(id));
+            if let Some(file) = &file {
+                std::fs::write(dir.join("blobs").join(file), b"view").expect("written");
+            }
+            let sweep_id = WAYPOINTS + id;
+            sweep
+                .execute(params![sweep_id, waypoint(id), stamp(id), boot, file])
+                .expect("a sweep");
             visit
                 .execute(params![
                     id,
@@ -84,7 +100,8 @@ pub(crate) fn build(dir: &Path, visits: i64) {
                     reason,
                     d_gmm,
                     engine,
-                    report
+                    report,
+                    sweep_id
                 ])
                 .expect("a visit");
             if alarms {
@@ -102,6 +119,11 @@ pub(crate) fn build(dir: &Path, visits: i64) {
     change.commit().expect("committed");
     db.execute_batch("PRAGMA wal_checkpoint(TRUNCATE)")
         .expect("checkpoint");
+}
+
+/// As long as the name of an evidence file.
+fn file_of(visit: i64) -> String {
+    format!("{visit:064x}")
 }
 
 pub(crate) fn name(id: i64) -> String {

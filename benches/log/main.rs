@@ -7,12 +7,12 @@
 
 mod long_log;
 
-use long_log::{VISITS_PER_ALARM, WAYPOINTS, build, name, time};
+use long_log::{KEPT_SWEEPS, VISITS_PER_ALARM, WAYPOINTS, build, name, time};
 use patrold::alarm::{AlarmState, ThresholdStudy};
 use patrold::patrol::severity::Severity;
 use patrold::store::{
-    AlarmFilter, EventFilter, FloorPlace, NearFilter, Store, StoreError, ThingFilter, TimeRange,
-    VisitFilter,
+    AlarmFilter, EventFilter, FloorPlace, NearFilter, Retention, Store, StoreError, ThingFilter,
+    TimeRange, VisitFilter,
 };
 use patrold_engine::novelty::{NoveltyKind, Verdict};
 use std::fs;
@@ -45,6 +45,93 @@ fn main() {
     );
     queries(dir.path(), visits);
     export(dir.path());
+    beside(dir.path(), visits);
+}
+
+/// Some queries while another thread writes or copies.
+fn beside(dir: &Path, visits: i64) {
+    let copy = tempfile::tempdir().expect("a temporary folder");
+    type Work<'a> = Box<dyn Fn() + Send + Sync + 'a>;
+    let retention = || {
+        let mut store = Store::open(dir).expect("opens");
+        // A hundredth more goes each time.
+        for hundredth in 1..=100 {
+            let retention = Retention {
+                older_than: Some(time(visits - KEPT_SWEEPS + KEPT_SWEEPS * hundredth / 100)),
+                max_bytes: None,
+                unnamed_older_than: None,
+            };
+            store.apply_retention(&retention).expect("applied");
+        }
+    };
+    let backup = || {
+        let store = Store::open_for_reading(dir).expect("opens");
+        store.back_up(copy.path(), |_, _| ()).expect("backed up");
+    };
+    for (what, work) in [
+        ("retention", Box::new(retention) as Work<'_>),
+        ("backup", Box::new(backup)),
+    ] {
+        let started = Instant::now();
+        std::thread::scope(|scope| {
+            let other = scope.spawn(|| work());
+            let mut rounds = 0;
+            while !other.is_finished() && rounds < 3 {
+                println!("while {what} runs:");
+                some_queries(dir, visits);
+                rounds += 1;
+            }
+        });
+        println!("{what}: {:.1} s", started.elapsed().as_secs_f64());
+    }
+}
+
+/// One of each kind.
+fn some_queries(dir: &Path, visits: i64) {
+    let visits_of = |verdict| VisitFilter {
+        range: TimeRange::default(),
+        waypoint: Some(name(7)),
+        verdict,
+        limit: 100,
+    };
+    let alarms = AlarmFilter {
+        limit: Some(100),
+        ..AlarmFilter::default()
+    };
+    let filter = visits_of(Some(Verdict::Changed));
+    measure(dir, "visits at a waypoint changed", |store| {
+        Ok(json(&store.visits(&filter)?))
+    });
+    measure(dir, "events", |store| Ok(json(&store.events(100)?)));
+    measure(dir, "alarms", |store| Ok(json(&store.alarms(&alarms)?)));
+    let on_map = on_map();
+    measure(dir, "alarms near a place on the map", |store| {
+        Ok(json(&store.alarms(&on_map)?))
+    });
+    measure(dir, "one visit", |store| {
+        store.visit_detail(visits / 2).map(|_| 1)
+    });
+}
+
+/// One alarm of a hundred is there.
+fn on_map() -> AlarmFilter {
+    let places = (1..=WAYPOINTS).map(|id| FloorPlace {
+        waypoint: name(id),
+        x_m: 5.0,
+        y_m: 1.0,
+    });
+    let near = NearFilter {
+        places: places.collect(),
+        within_m: 0.01,
+    };
+    AlarmFilter {
+        thing: ThingFilter {
+            near: Some(near),
+            ..ThingFilter::default()
+        },
+        limit: Some(100),
+        ..AlarmFilter::default()
+    }
 }
 
 /// Runs a query several times, each on a store opened anew; prints the mean, because the kernel counts CPU time in coarse steps.
@@ -149,16 +236,6 @@ fn queries(dir: &Path, visits: i64) {
         }],
         within_m: 0.01,
     };
-    let on_map = NearFilter {
-        places: (1..=WAYPOINTS)
-            .map(|id| FloorPlace {
-                waypoint: name(id),
-                x_m: 5.0,
-                y_m: 1.0,
-            })
-            .collect(),
-        within_m: 0.01,
-    };
     let thing = |thing| AlarmFilter {
         thing,
         limit: Some(100),
@@ -217,13 +294,7 @@ fn queries(dir: &Path, visits: i64) {
                 ..any()
             }),
         ),
-        (
-            "alarms near a place on the map",
-            thing(ThingFilter {
-                near: Some(on_map),
-                ..any()
-            }),
-        ),
+        ("alarms near a place on the map", on_map()),
     ] {
         measure(dir, what, |store| Ok(json(&store.alarms(&filter)?)));
     }
