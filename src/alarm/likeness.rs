@@ -161,3 +161,53 @@ fn log_density_of_new(seen: &Sighting, with_body: bool) -> f64 {
     // Three widths in falling order: six orders fall together.
     NEW_THINGS.ln() - PLACE_VOLUME_M3.ln() + 6.0_f64.ln() + widths.sum::<f64>() + body.sum::<f64>()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::constants::{NEW_THINGS, PLACE_VOLUME_M3, WHOLE_RATIO};
+    use super::{Lengths, Sighting, log_density_of_new};
+    use nalgebra::{Matrix3, Point3};
+    use patrold_engine::novelty::NoveltyKind;
+
+    /// Of a thing whose points spread as those of a box of these sides.
+    fn sighting(sides_m: [f64; 3], body_m: Option<[f64; 3]>) -> Sighting {
+        let lengths = |m| Lengths { m, sd_m: [0.01; 3] };
+        Sighting {
+            kind: NoveltyKind::Appeared,
+            centre: Point3::new(1.0, 2.0, 0.5),
+            centre_sd_m: [0.03; 3],
+            spread: Matrix3::from_diagonal(&sides_m.map(|side| side * side / 12.0).into()),
+            widths: lengths(sides_m),
+            body: body_m.map(lengths),
+            classes: [1.0 / 6.0; 6],
+        }
+    }
+
+    /// A product of densities: per order of magnitude of each width from 5 cm to 2.5 m, a factor of 50; six orders of the widths;
+    /// the whole up to three times as long.
+    #[test]
+    fn new_things_of_each_size_are_as_probable_as_the_product_of_their_lengths_says() {
+        let per_width = 1.0 / 50.0_f64.ln();
+        let widths = NEW_THINGS / PLACE_VOLUME_M3 * 6.0 * per_width.powi(3) / (2.0 * 0.5 * 0.1);
+        let per_length = 1.0 / WHOLE_RATIO.ln();
+        let body = per_length.powi(3) / (2.2 * 0.6 * 0.3);
+        let without = sighting([2.0, 0.5, 0.1], None);
+        let with = sighting([2.0, 0.5, 0.1], Some([2.2, 0.6, 0.3]));
+        for (seen, compared, expected) in [
+            (&without, false, widths),
+            (&without, true, widths),
+            (&with, false, widths),
+            (&with, true, widths * body),
+        ] {
+            let density = log_density_of_new(seen, compared).exp();
+            assert!(
+                (density / expected - 1.0).abs() < 1e-9,
+                "{density} {expected}"
+            );
+        }
+        // Below the range, as at its end.
+        let thin = log_density_of_new(&sighting([2.0, 0.5, 0.001], None), false).exp();
+        let least = log_density_of_new(&sighting([2.0, 0.5, 0.05], None), false).exp();
+        assert!((thin / least - 1.0).abs() < 1e-9);
+    }
+}

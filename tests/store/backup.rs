@@ -2,7 +2,7 @@
 
 use super::kit::{novelty_at, stamp, teach, visit};
 use super::rebuild::rows;
-use patrold::store::{Store, StoreError};
+use patrold::store::{Ledger, Store, StoreError};
 use patrold_engine::novelty::Verdict;
 use std::fs;
 use std::path::Path;
@@ -140,4 +140,21 @@ fn a_store_is_no_backup_of_itself() {
         name.to_string_lossy().contains(".new") || name.to_string_lossy().contains("restore")
     });
     assert_eq!(left.count(), 0, "nothing was begun");
+}
+
+/// What a shell copies after a clean stop is whole, also where somebody reads.
+#[test]
+fn a_ledger_that_is_closed_beside_a_reader_leaves_nothing_in_the_log() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let store = filled(dir.path());
+    let reader = Store::open_for_reading(dir.path()).expect("reader");
+    assert_eq!(reader.waypoints().expect("read").len(), 2);
+    let log = || fs::metadata(dir.path().join("patrold.db-wal")).map_or(0, |file| file.len());
+    assert!(log() > 0);
+    Ledger::new(store).close();
+    assert_eq!(log(), 0);
+    let copy = tempfile::tempdir().expect("temp dir");
+    let database = dir.path().join("patrold.db");
+    fs::copy(database, copy.path().join("patrold.db")).expect("copied");
+    assert_eq!(rows(copy.path()), rows(dir.path()));
 }
