@@ -17,7 +17,12 @@ impl ReceivedBytes {
 
     /// Panics unless these bytes hold a message with the content of `scan` and all sums right.
     pub(crate) fn assert_contains(&self, scan: &LaserScan) {
-        let lines: Vec<&[u8]> = self.0.split(|byte| *byte == b'\n').collect();
+        let lines: Vec<&[u8]> = self
+            .0
+            .split(|byte| *byte == b'\n')
+            // A CR before the LF is no part of the line.
+            .map(|line| line.strip_suffix(b"\r").unwrap_or(line))
+            .collect();
         let messages = lines.split(|line| line.is_empty());
         let contained = messages.clone().any(|message| matches_scan(message, scan));
         assert!(contained, "a scan that no intact message holds: {scan:?}");

@@ -3,6 +3,9 @@
 /// Ends every line; an empty line ends a reply (scip2 section 3).
 pub(crate) const LF: u8 = b'\n';
 
+/// Taken before an LF, never sent (scip2 section 2: a terminator of commands is LF or CR or both; replies have LF).
+pub(crate) const CR: u8 = b'\r';
+
 /// Lowest character of an encoded number or sum (scip2 section 4).
 pub(crate) const FIRST_CHARACTER: u8 = 0x30;
 
@@ -29,3 +32,23 @@ pub(crate) const MAX_INTERVAL: u8 = 9;
 
 /// Highest count of scans that two digits can ask for (scip2 section 6).
 pub(crate) const MAX_COUNT: u8 = 99;
+
+/// Most steps of a turn: each has a number of four digits (scip2 section 6).
+pub(crate) const MAX_STEPS_PER_TURN: u32 = MAX_STEP as u32 + 1;
+
+/// Motor speeds that can be, revolutions per minute: known models turn at 600 to 2400 (scip2 section 1); own choice, ten
+/// times either way.
+pub(crate) const SCAN_RPM: std::ops::RangeInclusive<u32> = 60..=24_000;
+
+/// Largest range of three characters, mm: 18 bits (scip2 section 4).
+pub(crate) const MAX_RANGE_MM: u32 = (1 << 18) - 1;
+
+/// Bytes kept of what was heard while connecting, to judge who answers. Own choice: some replies of any device.
+pub(crate) const HEARD_BYTES: usize = 512;
+
+/// Bytes of that in a message. Own choice: half a line of text.
+pub(crate) const EXCERPT_BYTES: usize = 40;
+
+/// Share of bytes that no text has (neither printable ASCII nor CR, LF, tab) from which a line is no text. Own choice: a
+/// wrong line rate or noise spoils most bytes, a bad contact one in a hundred.
+pub(crate) const MIN_UNPRINTABLE_SHARE: f64 = 0.1;

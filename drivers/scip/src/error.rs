@@ -60,10 +60,11 @@ pub enum ReplyError {
     /// The echo's field of scans remaining does not follow from the request.
     #[error("remaining scans {expected} expected, got {got}")]
     Remaining { expected: u8, got: u8 },
-    #[error("no {key} in the reply to {command}")]
+    #[error("no {key} in the reply to {command}, which has {got}")]
     MissingKey {
         key: &'static str,
         command: ScipCommand,
+        got: EscapedBytes,
     },
     #[error("{key}: {expected} expected, got {got}")]
     Value {

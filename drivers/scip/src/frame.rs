@@ -1,9 +1,10 @@
-//! Cuts bytes into messages: all lines up to an empty one (scip2 section 3).
+//! Cuts bytes into messages: all lines up to an empty one (scip2 section 3). A line may end in CR LF: serial servers and
+//! line disciplines add the CR, which is no character of the protocol.
 //!
 //! Memory is bounded: a line or message longer than the limits of [`constants`](crate::constants) is dropped, and
 //! reading goes on after the next empty line.
 
-use crate::constants::{LF, MAX_LINE_BYTES, MAX_MESSAGE_BYTES};
+use crate::constants::{CR, LF, MAX_LINE_BYTES, MAX_MESSAGE_BYTES};
 use crate::encoding::checked_body;
 use crate::error::ReplyError;
 use crate::status::StatusCode;
@@ -80,7 +81,10 @@ fn status_code(line: &[u8]) -> Result<StatusCode, ReplyError> {
 #[derive(Debug, Default)]
 pub struct Framer {
     buffer: Vec<u8>,
+    /// Of the line under way, with its CR.
     line_bytes: usize,
+    /// The last byte of the line under way was a CR.
+    ends_in_cr: bool,
     skipping: bool,
     first_byte_at: Duration,
     overruns: u64,
@@ -110,6 +114,7 @@ impl Framer {
     pub(crate) fn clear(&mut self) {
         self.buffer.clear();
         self.line_bytes = 0;
+        self.ends_in_cr = false;
         self.skipping = false;
     }
 
@@ -132,6 +137,9 @@ impl Framer {
 
     fn extend_line(&mut self, piece: &[u8], now: Duration) {
         self.line_bytes = self.line_bytes.saturating_add(piece.len());
+        if let Some(last) = piece.last() {
+            self.ends_in_cr = *last == CR;
+        }
         if self.skipping || piece.is_empty() {
             return;
         }
@@ -151,7 +159,11 @@ impl Framer {
     }
 
     fn end_line(&mut self, now: Duration) -> Option<ScipMessage> {
-        if std::mem::take(&mut self.line_bytes) > 0 {
+        let has_cr = std::mem::take(&mut self.ends_in_cr);
+        if has_cr && !self.skipping {
+            self.buffer.pop();
+        }
+        if std::mem::take(&mut self.line_bytes) > usize::from(has_cr) {
             if !self.skipping {
                 self.buffer.push(LF);
             }
@@ -249,6 +261,54 @@ mod tests {
             messages(&mut framer, b"\nQT\n00P\n\n", Duration::ZERO).len(),
             1
         );
+    }
+
+    #[test]
+    fn a_cr_before_the_lf_is_no_part_of_the_line() {
+        let mut framer = Framer::default();
+        let stream = b"\r\nQT\r\n00P\r\n\r\nBM\n0\r2R\n\r\n";
+        // Whole, and byte by byte: the CR and the LF in different reads.
+        let whole = messages(&mut framer, stream, Duration::ZERO);
+        let mut single = Vec::new();
+        for byte in stream {
+            single.extend(messages(&mut framer, &[*byte], Duration::ZERO));
+        }
+        assert_eq!(whole, single);
+        assert_eq!(whole[0].lines().collect::<Vec<_>>(), [&b"QT"[..], b"00P"]);
+        let inner: Vec<_> = whole[1].lines().collect();
+        assert_eq!(inner, [&b"BM"[..], b"0\r2R"], "only before the LF");
+        assert!(framer.is_between_messages());
+    }
+
+    #[test]
+    fn an_overlong_line_ends_at_the_empty_line_with_cr_too() {
+        let mut framer = Framer::default();
+        let mut flood = vec![b'x'; 2 * MAX_LINE_BYTES];
+        flood.extend_from_slice(b"\r\n\r\nQT\r\n00P\r\n\r\n");
+        let got = messages(&mut framer, &flood, Duration::ZERO);
+        assert_eq!((got.len(), framer.overruns()), (1, 1));
+        assert_eq!(got[0].echo(), b"QT");
+    }
+
+    #[test]
+    fn nothing_of_a_half_read_message_survives_a_reopened_port() {
+        for half in [
+            &b"MD0044072501000\n99b\n"[..],
+            b"MD00",
+            b"QT\r",
+            &[b'x'; 999],
+        ] {
+            let mut framer = Framer::default();
+            assert!(messages(&mut framer, half, Duration::ZERO).is_empty());
+            assert!(!framer.is_between_messages());
+            framer.clear();
+            assert!(framer.is_between_messages());
+            let got = messages(&mut framer, b"QT\n00P\n\n", Duration::ZERO);
+            let [message] = got.as_slice() else {
+                panic!("{got:?}")
+            };
+            assert_eq!(message.lines().collect::<Vec<_>>(), [&b"QT"[..], b"00P"]);
+        }
     }
 
     #[test]

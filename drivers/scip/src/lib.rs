@@ -39,8 +39,8 @@ mod status;
 
 pub use command::parameters::LaserParameters;
 pub use driver::{
-    LaserAction, LaserEvent, LaserIdentity, RecoveryCause, RecoveryStep, Rejection, ScipDriver,
-    ScipError, ScipOptions, StreamPlan,
+    LaserAction, LaserEvent, LaserIdentity, LaserLine, RecoveryCause, RecoveryStep, Rejection,
+    ScipDriver, ScipError, ScipOptions, StreamPlan,
 };
 pub use error::{EscapedBytes, ReplyError};
 pub use frame::{Framer, ScipMessage};

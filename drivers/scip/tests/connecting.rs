@@ -4,7 +4,8 @@ mod common;
 
 use common::{II, PP, ScriptedLaser, VV, scan_message, summed};
 use scip::{
-    LaserEvent, LaserParameters, ScipCommand, ScipDriver, ScipError, ScipOptions, StatusMeaning,
+    LaserEvent, LaserLine, LaserParameters, ScipCommand, ScipDriver, ScipError, ScipOptions,
+    StatusMeaning,
 };
 use std::time::Duration;
 
@@ -82,13 +83,10 @@ fn a_stream_that_never_ends_is_a_fault_in_time() {
             "the overall deadline is 15 s"
         );
     };
-    assert!(
-        matches!(
-            fault,
-            LaserEvent::ConnectionFailed(ScipError::NoReply { .. })
-        ),
-        "{fault:?}"
-    );
+    let LaserEvent::ConnectionFailed(ScipError::NotALaser { line, .. }) = fault else {
+        panic!("{fault:?}")
+    };
+    assert_eq!(line, LaserLine::DeafLaser);
 }
 
 #[test]

@@ -250,3 +250,138 @@ fn a_truncated_scan_with_right_sums_is_rejected_by_its_count() {
         "{events:?}"
     );
 }
+
+/// A long stream with single faults, more of them than a row may have, each followed by good scans.
+fn long_stream_with_single_faults(fault: impl Fn(u32) -> Vec<u8>, period_after: u32) -> usize {
+    let mut script = streaming();
+    let mut stamp = 0;
+    for _ in 0..30 {
+        stamp += 100;
+        script.reply(scan(stamp));
+        script.reply(fault(stamp));
+        stamp += period_after;
+    }
+    let (stamps, others) = sort(script.take_events());
+    let ended = |event: &LaserEvent| {
+        matches!(
+            event,
+            LaserEvent::ConnectionFailed(_) | LaserEvent::Recovering { .. }
+        )
+    };
+    assert!(!others.iter().any(ended), "{others:?}");
+    stamps.len()
+}
+
+#[test]
+fn single_faults_never_add_up_to_a_row() {
+    // The stamp of the scan before.
+    assert_eq!(long_stream_with_single_faults(scan, 0), 30);
+    // A jump that the next scan follows by a period.
+    let jump = |stamp| scan(stamp + 130);
+    assert_eq!(long_stream_with_single_faults(jump, 130), 30);
+    let damaged = |stamp| {
+        let mut bytes = scan(stamp + 100);
+        bytes[700] ^= 1;
+        bytes
+    };
+    assert_eq!(long_stream_with_single_faults(damaged, 100), 30);
+}
+
+#[test]
+fn a_restarted_stream_counts_damage_anew() {
+    let mut script = streaming();
+    let damaged = || {
+        let mut bytes = scan(100);
+        bytes[700] ^= 1;
+        bytes
+    };
+    for _ in 0..9 {
+        script.reply(damaged());
+    }
+    script.time_out();
+    script.exchange("QT\n", "QT\n00P\n\n");
+    script.exchange(REQUEST, ACK);
+    // The tenth of all, the first since the restart.
+    script.reply(damaged());
+    script.expect_sent(&[]);
+    script.reply(scan(200));
+    let (stamps, _) = sort(script.take_events());
+    assert_eq!(stamps, [200]);
+}
+
+#[test]
+fn after_a_reset_the_timer_starts_anew_without_a_jump() {
+    let mut script = streaming();
+    script.reply(scan(5_000_000));
+    // Two repeats of a row of three.
+    script.reply(scan(5_000_000));
+    script.reply(scan(5_000_000));
+    script.time_out();
+    script.exchange("QT\n", "QT\n00P\n\n");
+    script.exchange(REQUEST, ACK);
+    script.time_out();
+    script.exchange("RS\n", "RS\n00P\n\n");
+    script.exchange(REQUEST, ACK);
+    script.take_events();
+    for stamp in [37, 137, 137, 237] {
+        script.reply(scan(stamp));
+    }
+    let (stamps, others) = sort(script.take_events());
+    assert_eq!(stamps, [37, 137, 237]);
+    let repeated = Rejection::RepeatedStamp { stamp_ms: 137 };
+    let [LaserEvent::Rejected { reason, .. }] = others.as_slice() else {
+        panic!("{others:?}")
+    };
+    assert_eq!(*reason, repeated);
+}
+
+#[test]
+fn a_request_that_is_refused_is_no_stream() {
+    // 10: the laser cannot be turned on in this state; 0B: busy; 0L: abnormal state.
+    for status in ["10Q", "0Bb", "0Ll"] {
+        let mut script = connected();
+        script
+            .driver
+            .start_streaming(PLAN, script.now)
+            .expect("idle");
+        let refused = format!("{ECHO}\n{status}\n\n");
+        script.exchange(REQUEST, &refused);
+        script.exchange("QT\n", "QT\n00P\n\n");
+        script.exchange(REQUEST, &refused);
+        script.exchange("RS\n", "RS\n00P\n\n");
+        script.exchange(REQUEST, &refused);
+        script.expect_sent(&["QT\n"]);
+        let (stamps, others) = sort(std::mem::take(&mut script.events));
+        assert_eq!(stamps, [0; 0]);
+        assert!(!others.contains(&LaserEvent::Streaming), "{others:?}");
+        let cause = RecoveryCause::NotAcknowledged;
+        let lost = LaserEvent::ConnectionFailed(ScipError::StreamLost { cause });
+        assert_eq!(others.last(), Some(&lost));
+    }
+    // A plan that the sensor refuses is no reason to restart anything.
+    let mut script = connected();
+    script
+        .driver
+        .start_streaming(PLAN, script.now)
+        .expect("idle");
+    script.exchange(REQUEST, format!("{ECHO}\n04T\n\n"));
+    let events = script.take_events();
+    assert!(
+        matches!(
+            events.last(),
+            Some(LaserEvent::RequestFailed(ScipError::BadReply { .. }))
+        ),
+        "{events:?}"
+    );
+}
+
+#[test]
+fn half_a_message_does_not_survive_a_reopened_port() {
+    let mut script = streaming();
+    let bytes = scan(100);
+    script.reply(&bytes[..1000]);
+    // The port was opened again; the first reply comes whole.
+    script.driver.connect(script.now);
+    script.exchange("QT\n", "QT\n00P\n\n");
+    script.identify();
+}

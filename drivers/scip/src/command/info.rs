@@ -76,10 +76,11 @@ impl ScipRequest for ReadInfo {
             mode: text("MESM")?,
             bit_rate: text("SBPS")?,
             time_ms,
-            status: text("STAT")?.ok_or(ReplyError::MissingKey {
-                key: "STAT",
-                command: Self::COMMAND,
-            })?,
+            status: {
+                let line = keyed_lines::require(message, "STAT", Self::COMMAND)?;
+                line.sum.clone()?;
+                line.text()
+            },
         })
     }
 }

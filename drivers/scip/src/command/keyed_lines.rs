@@ -6,6 +6,7 @@
 use crate::encoding::sum;
 use crate::error::ReplyError;
 use crate::frame::ScipMessage;
+use crate::status::ScipCommand;
 
 /// One line.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,6 +59,26 @@ pub(super) fn find<'a>(message: &'a ScipMessage, key: &str) -> Option<KeyedLine<
     lines()
         .find(|line| line.sum.is_ok())
         .or_else(|| lines().next())
+}
+
+/// As [`find`], and an error with the keys that are there if this one is not.
+pub(super) fn require<'a>(
+    message: &'a ScipMessage,
+    key: &'static str,
+    command: ScipCommand,
+) -> Result<KeyedLine<'a>, ReplyError> {
+    find(message, key).ok_or_else(|| {
+        let keys: Vec<&[u8]> = message
+            .body()
+            .filter_map(KeyedLine::read)
+            .map(|line| line.key)
+            .collect();
+        ReplyError::MissingKey {
+            key,
+            command,
+            got: keys.join(&b' ').as_slice().into(),
+        }
+    })
 }
 
 #[cfg(test)]

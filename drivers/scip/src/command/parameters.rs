@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::keyed_lines;
 use super::request::ScipRequest;
+use crate::constants::{MAX_RANGE_MM, MAX_STEP, MAX_STEPS_PER_TURN, SCAN_RPM};
 use crate::error::ReplyError;
 use crate::frame::ScipMessage;
 use crate::status::ScipCommand;
@@ -22,7 +23,8 @@ pub struct ParameterReply {
     pub parameters: LaserParameters,
 }
 
-/// Geometry and limits of the sensor. Parsed from a reply: `ares`, `scan_rpm` > 0, `dmin_mm <= dmax_mm`, `amin <= amax`.
+/// Geometry and limits of the sensor. Parsed from a reply they are possible: the window is at most one turn and has the
+/// front step in it, the steps have four digits, the ranges 18 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LaserParameters {
     /// `DMIN`: minimum distance, mm; values below are codes.
@@ -67,10 +69,7 @@ impl LaserParameters {
 }
 
 fn number(message: &ScipMessage, key: &'static str) -> Result<u32, ReplyError> {
-    let line = keyed_lines::find(message, key).ok_or(ReplyError::MissingKey {
-        key,
-        command: ScipCommand::Parameters,
-    })?;
+    let line = keyed_lines::require(message, key, ScipCommand::Parameters)?;
     line.sum.clone()?;
     line.text().parse().map_err(|_| ReplyError::Value {
         key,
@@ -89,10 +88,7 @@ impl ScipRequest for ReadParameters {
 
     fn parse(&self, message: &ScipMessage) -> Result<ParameterReply, ReplyError> {
         self.expect_done(message)?;
-        let model = keyed_lines::find(message, "MODL").ok_or(ReplyError::MissingKey {
-            key: "MODL",
-            command: Self::COMMAND,
-        })?;
+        let model = keyed_lines::require(message, "MODL", Self::COMMAND)?;
         model.sum.clone()?;
         let parameters = LaserParameters {
             dmin_mm: number(message, "DMIN")?,
@@ -103,27 +99,61 @@ impl ScipRequest for ReadParameters {
             afrt: number(message, "AFRT")?,
             scan_rpm: number(message, "SCAN")?,
         };
-        let value = |key, expected, got: u32| {
-            Err(ReplyError::Value {
+        match parameters.impossible() {
+            Some((key, expected, got)) => Err(ReplyError::Value {
                 key,
                 expected,
                 got: got.to_string().as_bytes().into(),
-            })
-        };
-        match parameters {
-            LaserParameters { ares: 0, .. } => value("ARES", "more than 0", 0),
-            LaserParameters { scan_rpm: 0, .. } => value("SCAN", "more than 0", 0),
-            LaserParameters {
-                dmin_mm, dmax_mm, ..
-            } if dmin_mm > dmax_mm => value("DMAX", "at least DMIN", dmax_mm),
-            LaserParameters { amin, amax, .. } if amin > amax => {
-                value("AMAX", "at least AMIN", amax)
-            }
-            parameters => Ok(ParameterReply {
+            }),
+            None => Ok(ParameterReply {
                 model: model.text(),
                 parameters,
             }),
         }
+    }
+}
+
+impl LaserParameters {
+    /// The first number that cannot be, or that contradicts another: its key, what it must be, what it is.
+    fn impossible(&self) -> Option<(&'static str, &'static str, u32)> {
+        let Self {
+            dmin_mm,
+            dmax_mm,
+            ares,
+            amin,
+            amax,
+            afrt,
+            scan_rpm,
+        } = *self;
+        let checks = [
+            (
+                (1..=MAX_STEPS_PER_TURN).contains(&ares),
+                ("ARES", "1 to 10000 steps per turn", ares),
+            ),
+            (
+                SCAN_RPM.contains(&scan_rpm),
+                ("SCAN", "60 to 24000 revolutions per minute", scan_rpm),
+            ),
+            (dmin_mm > 0, ("DMIN", "more than 0", dmin_mm)),
+            (dmax_mm > dmin_mm, ("DMAX", "more than DMIN", dmax_mm)),
+            (
+                dmax_mm <= MAX_RANGE_MM,
+                ("DMAX", "at most 262143 mm", dmax_mm),
+            ),
+            (amax >= amin, ("AMAX", "at least AMIN", amax)),
+            (
+                amax.saturating_sub(amin) < ares,
+                ("AMAX", "less than a turn (ARES) beyond AMIN", amax),
+            ),
+            (amax <= u32::from(MAX_STEP), ("AMAX", "at most 9999", amax)),
+            (
+                (amin..=amax).contains(&afrt),
+                ("AFRT", "between AMIN and AMAX", afrt),
+            ),
+        ];
+        checks
+            .into_iter()
+            .find_map(|(possible, what)| (!possible).then_some(what))
     }
 }
 
@@ -172,20 +202,40 @@ mod tests {
 
     #[test]
     fn numbers_that_make_no_sense_are_refused() {
-        for (old, body) in [
-            ("ARES:1024;\\", "ARES:0"),
-            ("SCAN:600;e", "SCAN:0"),
-            ("AMAX:725;o", "AMAX:43"),
+        // Each bound from both sides.
+        for (old, possible, impossible) in [
+            ("ARES:1024;\\", "ARES:682", "ARES:681"),
+            ("ARES:1024;\\", "ARES:10000", "ARES:10001"),
+            ("ARES:1024;\\", "ARES:1024", "ARES:0"),
+            ("SCAN:600;e", "SCAN:60", "SCAN:59"),
+            ("SCAN:600;e", "SCAN:24000", "SCAN:24001"),
+            ("DMIN:20;4", "DMIN:1", "DMIN:0"),
+            ("DMIN:20;4", "DMIN:5599", "DMIN:5600"),
+            ("DMAX:5600;_", "DMAX:262143", "DMAX:262144"),
+            ("AMAX:725;o", "AMAX:1067", "AMAX:1068"),
+            ("AMAX:725;o", "AMAX:384", "AMAX:383"),
+            ("AMIN:44;7", "AMIN:384", "AMIN:385"),
+            ("AMAX:725;o", "AMAX:725", "AMAX:43"),
+            ("AMAX:725;o", "AMAX:725", "AMAX:99999"),
         ] {
-            let new = format!("{body};{}", char::from(sum(body.as_bytes())));
-            assert!(
-                matches!(
-                    parse(&URG_04LX.replace(old, &new)),
-                    Err(ReplyError::Value { .. })
-                ),
-                "{new}"
-            );
+            let with = |body: &str| {
+                let new = format!("{body};{}", char::from(sum(body.as_bytes())));
+                parse(&URG_04LX.replace(old, &new))
+            };
+            assert!(with(possible).is_ok(), "{possible}");
+            let refused = with(impossible).expect_err(impossible);
+            assert!(matches!(refused, ReplyError::Value { .. }), "{refused}");
         }
+        let far = |amin, afrt, amax| LaserParameters {
+            ares: 10_000,
+            amin,
+            afrt,
+            amax,
+            ..LaserParameters::URG_04LX
+        };
+        assert_eq!(far(5000, 6000, 9999).impossible(), None);
+        let beyond = Some(("AMAX", "at most 9999", 10_000));
+        assert_eq!(far(5000, 6000, 10_000).impossible(), beyond);
         let new = format!("DMIN:2x;{}", char::from(sum(b"DMIN:2x")));
         assert!(matches!(
             parse(&URG_04LX.replace("DMIN:20;4", &new)),

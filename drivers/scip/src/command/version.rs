@@ -37,10 +37,7 @@ impl ReadVersion {
         self.expect_done(message)?;
         let mut wrong_sums = 0;
         let mut text = |key| {
-            let line = keyed_lines::find(message, key).ok_or(ReplyError::MissingKey {
-                key,
-                command: Self::COMMAND,
-            })?;
+            let line = keyed_lines::require(message, key, Self::COMMAND)?;
             wrong_sums += usize::from(line.sum.is_err());
             Ok(line.text())
         };
@@ -136,7 +133,8 @@ mod tests {
             error,
             ReplyError::MissingKey {
                 key: "VEND",
-                command: ScipCommand::Version
+                command: ScipCommand::Version,
+                got: b"PROT".as_slice().into(),
             }
         );
     }

@@ -8,6 +8,8 @@
 //!  | silence      SCIP2.0 once (old units fall silent), then give up
 //! ```
 //!
+//! Where nothing that came answers a request, the bytes decide what is there instead (`heard`).
+//!
 //! A device that was left streaming sends scans before its echo of `QT`; they are skipped. Nothing waits for silence,
 //! since a stream has none.
 
@@ -26,7 +28,7 @@ use crate::command::time_adjust::LeaveTimeAdjust;
 use crate::command::version::{ReadVersion, VersionReply};
 use crate::error::ReplyError;
 use crate::frame::ScipMessage;
-use crate::status::StatusMeaning;
+use crate::status::{ScipCommand, StatusMeaning};
 use std::time::Duration;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +51,8 @@ pub(super) struct Connecting {
     mode_changes_left: u8,
     /// `SCIP2.0` was sent: silence or a bad `VV` is no reason to send it again.
     switched: bool,
+    /// A reply to one of the requests came, good or bad.
+    answered: bool,
     /// A version with so many wrong sums, for want of a better one.
     damaged_version: Option<(VersionReply, usize)>,
     version: Option<VersionReply>,
@@ -64,6 +68,7 @@ impl Connecting {
             give_up_at: now.saturating_add(context.options.connect_timeout),
             mode_changes_left: context.options.max_mode_changes,
             switched: false,
+            answered: false,
             damaged_version: None,
             version: None,
             parameters: None,
@@ -152,7 +157,24 @@ impl Connecting {
                 self.version = Some(version);
                 self.enter(ConnectStep::Parameters, now, context)
             }
-            _ => DialogueOutcome::Fault(failure),
+            _ => DialogueOutcome::Fault(self.judged(failure, context)),
+        }
+    }
+
+    /// A failure, said as what it shows about the device.
+    fn judged(&self, failure: ScipError, context: &DriverContext) -> ScipError {
+        if !self.answered && context.heard.total() > 0 {
+            return context.heard.not_a_laser();
+        }
+        match &failure {
+            ScipError::BadReply {
+                command: ScipCommand::SwitchProtocol,
+                last,
+                ..
+            } if last.refusal() == Some(StatusMeaning::OldProtocol) => ScipError::Scip11Only {
+                heard: context.heard.last(),
+            },
+            _ => failure,
         }
     }
 
@@ -247,9 +269,11 @@ impl Dialogue for Connecting {
         now: Duration,
         context: &mut DriverContext,
     ) -> DialogueOutcome {
-        match self.handle_reply(message, now, context) {
+        let outcome = self.handle_reply(message, now, context);
+        // Anything else is a scan of a stream that was left on, or a late reply.
+        self.answered |= !matches!(outcome, Err(ReplyError::Echo { .. }));
+        match outcome {
             Ok(outcome) => outcome,
-            // A scan of a stream that was left on, or a late reply.
             Err(ReplyError::Echo { .. }) => DialogueOutcome::Continue,
             Err(error) => self.on_error(error, now, context),
         }
@@ -258,7 +282,8 @@ impl Dialogue for Connecting {
     fn on_deadline(&mut self, now: Duration, context: &mut DriverContext) -> DialogueOutcome {
         if now >= self.give_up_at {
             let (limit, command) = (context.options.connect_timeout, self.pending.command());
-            return DialogueOutcome::Fault(ScipError::ConnectTimeout { limit, command });
+            let timeout = ScipError::ConnectTimeout { limit, command };
+            return DialogueOutcome::Fault(self.judged(timeout, context));
         }
         match self.pending.resend(now, context) {
             Ok(()) => DialogueOutcome::Continue,

@@ -5,6 +5,7 @@ use std::fmt::Debug;
 
 use super::action::{LaserAction, LaserEvent, Rejection};
 use super::error::ScipError;
+use super::heard::HeardBytes;
 use super::identity::LaserIdentity;
 use super::options::ScipOptions;
 use crate::frame::ScipMessage;
@@ -17,10 +18,13 @@ pub(super) struct DriverContext {
     pub(super) options: ScipOptions,
     pub(super) identity: Option<LaserIdentity>,
     pub(super) rejected: u64,
+    /// While connecting.
+    pub(super) heard: HeardBytes,
 }
 
 impl DriverContext {
     pub(super) fn send(&mut self, bytes: Vec<u8>) {
+        self.heard.note_sent(&bytes);
         self.actions.push_back(LaserAction::Send(bytes));
     }
 

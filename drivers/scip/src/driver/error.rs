@@ -3,8 +3,9 @@
 use std::time::Duration;
 use thiserror::Error;
 
+use super::heard::LaserLine;
 use super::recovery::RecoveryCause;
-use crate::error::ReplyError;
+use crate::error::{EscapedBytes, ReplyError};
 use crate::status::{ScipCommand, StatusMeaning};
 
 /// A dialogue that failed.
@@ -17,6 +18,18 @@ pub enum ScipError {
         attempts: u8,
         timeout: Duration,
     },
+    /// While connecting: something answers, but no request of this driver.
+    #[error("heard {heard} ({bytes} bytes): {line}")]
+    NotALaser {
+        line: LaserLine,
+        heard: EscapedBytes,
+        bytes: u64,
+    },
+    /// It answers `SCIP2.0` as a unit does that has no other protocol.
+    #[error(
+        "heard {heard}: a sensor whose firmware speaks SCIP 1.1 only; have its firmware updated to SCIP 2.0, or use another unit"
+    )]
+    Scip11Only { heard: EscapedBytes },
     #[error("no usable reply to {command} after {attempts} attempts; the last one: {last}")]
     BadReply {
         command: ScipCommand,

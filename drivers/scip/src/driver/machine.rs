@@ -4,6 +4,7 @@ use super::action::{LaserAction, LaserEvent, Rejection};
 use super::connecting::Connecting;
 use super::dialogue::{Dialogue, DialogueOutcome, DriverContext};
 use super::error::ScipError;
+use super::heard::HeardBytes;
 use super::identity::LaserIdentity;
 use super::options::{ScipOptions, StreamPlan};
 use super::stopping::Stopping;
@@ -51,6 +52,7 @@ impl ScipDriver {
             options,
             identity: None,
             rejected: 0,
+            heard: HeardBytes::default(),
         };
         Self {
             context,
@@ -90,6 +92,9 @@ impl ScipDriver {
 
     /// Takes bytes that came from the device at `now`.
     pub fn handle_bytes(&mut self, bytes: &[u8], now: Duration) {
+        if self.context.identity.is_none() {
+            self.context.heard.note(bytes);
+        }
         let mut rest = bytes;
         while !rest.is_empty() {
             let overruns = self.framer.overruns();
@@ -143,6 +148,7 @@ impl ScipDriver {
     /// Connects from any state of device and driver.
     pub fn connect(&mut self, now: Duration) {
         self.framer.clear();
+        self.context.heard = HeardBytes::default();
         self.phase = DriverPhase::Busy(Box::new(Connecting::start(now, &mut self.context)));
     }
 

@@ -8,11 +8,14 @@
 //! | `time_exchange` | idle | idle, with pairs of host instants and timer values |
 //! | `streaming` | idle | scans until stopped; `stamp_continuity` checks them, a silent device is restarted |
 //! | `stopping` | anything | idle, laser off |
+//!
+//! Where no laser answers, `heard` judges by the bytes that came what is there instead.
 
 mod action;
 mod connecting;
 mod dialogue;
 mod error;
+mod heard;
 mod identity;
 mod machine;
 mod options;
@@ -25,6 +28,7 @@ mod time_exchange;
 
 pub use action::{LaserAction, LaserEvent, Rejection};
 pub use error::ScipError;
+pub use heard::LaserLine;
 pub use identity::LaserIdentity;
 pub use machine::ScipDriver;
 pub use options::{ScipOptions, StreamPlan};
