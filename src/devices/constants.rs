@@ -56,6 +56,11 @@ pub(super) const SETTLE: Duration = Duration::from_millis(100);
 /// (scip2 section 8).
 pub(super) const FIRST_BYTE_TURNS: f64 = 0.75;
 
+/// Shortest time between two polls of the head's position: what a query takes at 9600 baud (ptu-d46 section 1). With that
+/// many polls the fit of the tilt is good to 0.01 counts (sweep-geometry section 3.3); on a fast link more of them would
+/// only load unit and host.
+pub(super) const POLL_INTERVAL: Duration = Duration::from_micros(12_500);
+
 /// Time limit for one step of a sweep. Recovering a laser by `QT` and `RS` takes some 10 s (three requests of three attempts
 /// each); this is twice that.
 pub(super) const STEP_LIMIT: Duration = Duration::from_secs(20);
@@ -116,6 +121,9 @@ pub(super) const PROBE_REPLY_LIMIT: Duration = Duration::from_millis(400);
 
 /// Attempts per request while a laser's line rate is searched.
 pub(super) const PROBE_ATTEMPTS: u8 = 2;
+
+/// Attempts to connect a head while its line rate is searched. The second one is answered by a laser too.
+pub(super) const HEAD_PROBE_ATTEMPTS: u32 = 2;
 
 /// Bits on the line per byte, 8N1.
 pub(super) const BITS_PER_BYTE: u32 = 10;

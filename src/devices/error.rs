@@ -75,15 +75,17 @@ pub enum DeviceError {
         /// The driver's error.
         detail: String,
     },
-    /// The replies are not those of this device.
-    #[error("{port} answers, but not like the {device}: are {key} and the other port exchanged, or is the baud rate wrong? ({detail})", key = .device.port_key())]
+    /// Something answers that cannot be used: another device, another line rate, a unit that is too old.
+    #[error("{device} on {port} ({key}): {detail}", key = .device.port_key())]
     WrongDevice {
         /// The failed device.
         device: Device,
         /// Name of its port.
         port: String,
-        /// The driver's error.
+        /// The driver's error: what was heard, what it is, what to do.
         detail: String,
+        /// It is text, which says more than the garbage of a wrong line rate.
+        readable: bool,
     },
     /// Communication failed, or the device reports a fault.
     #[error("{device} on {port}: {detail}; reconnecting, power-cycle it if this repeats")]

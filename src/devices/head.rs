@@ -1,11 +1,12 @@
-//! The head's driver behind the common interface, its requests as commands; polls the position of an axis as fast as it
-//! answers.
+//! The head's driver behind the common interface, its requests as commands; polls the position of an axis, each time as soon
+//! as the last poll is answered and the interval between two polls is over.
 
+use super::constants::{HEAD_PROBE_ATTEMPTS, POLL_INTERVAL};
 use super::device_driver::{DeviceDriver, DriverOutput};
 use super::error::{Device, DeviceError};
 use super::port_config::PortConfig;
-use super::recording::{ByteReader, DialogueError};
-use ptu::{Axis, HeadError, PtuAction, PtuDriver, PtuEvent, PtuOptions, RequestError};
+use super::recording::{ByteReader, ByteWriter, DialogueError};
+use ptu::{Axis, HeadError, HeadLine, PtuAction, PtuDriver, PtuEvent, PtuOptions, RequestError};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -41,6 +42,9 @@ pub(crate) enum HeadEvent {
 pub(crate) struct HeadDriver {
     driver: PtuDriver,
     polled: Option<Axis>,
+    /// Shortest time between two polls.
+    poll_interval: Duration,
+    next_poll_at: Duration,
     rejected: VecDeque<RequestError>,
     now: Duration,
 }
@@ -50,10 +54,30 @@ impl HeadDriver {
         self.rejected.extend(result.err());
     }
 
-    /// Sends the next poll when nothing else is pending.
+    fn with_driver(driver: PtuDriver, poll_interval: Duration) -> Self {
+        Self {
+            driver,
+            polled: None,
+            poll_interval,
+            next_poll_at: Duration::ZERO,
+            rejected: VecDeque::new(),
+            now: Duration::ZERO,
+        }
+    }
+
+    /// The axis to poll, while nothing else is pending.
+    fn axis_to_poll(&self) -> Option<Axis> {
+        self.polled
+            .filter(|_| self.driver.is_connected() && self.driver.pending() == 0)
+    }
+
+    /// Sends the next poll when it is due.
     fn continue_polling(&mut self) {
-        let Some(axis) = self.polled else { return };
-        if self.driver.is_connected() && self.driver.pending() == 0 {
+        let Some(axis) = self.axis_to_poll() else {
+            return;
+        };
+        if self.now >= self.next_poll_at {
+            self.next_poll_at = self.now.saturating_add(self.poll_interval);
             // Connected and idle: never rejected.
             let _ = self.driver.poll_position(axis, self.now);
         }
@@ -64,17 +88,15 @@ impl DeviceDriver for HeadDriver {
     type Command = HeadCommand;
     type Event = HeadEvent;
 
-    fn new(_port: &PortConfig, baud: u32, _probing: bool) -> Self {
-        let options = PtuOptions {
+    fn new(_port: &PortConfig, baud: u32, probing: bool) -> Self {
+        let mut options = PtuOptions {
             baud,
             ..PtuOptions::default()
         };
-        Self {
-            driver: PtuDriver::new(options),
-            polled: None,
-            rejected: VecDeque::new(),
-            now: Duration::ZERO,
+        if probing {
+            options.attempts = HEAD_PROBE_ATTEMPTS;
         }
+        Self::with_driver(PtuDriver::new(options), POLL_INTERVAL)
     }
 
     fn connect(&mut self, now: Duration) {
@@ -114,7 +136,11 @@ impl DeviceDriver for HeadDriver {
     }
 
     fn deadline(&self) -> Option<Duration> {
-        self.driver.deadline()
+        let next_poll = self.axis_to_poll().map(|_| self.next_poll_at);
+        [self.driver.deadline(), next_poll]
+            .into_iter()
+            .flatten()
+            .min()
     }
 
     fn poll(&mut self) -> Option<DriverOutput<HeadEvent>> {
@@ -135,20 +161,31 @@ impl DeviceDriver for HeadDriver {
 
     fn idle_state(&self) -> Option<Vec<u8>> {
         let is_idle = self.driver.is_idle() && self.polled.is_none() && self.rejected.is_empty();
-        is_idle.then(|| self.driver.options().baud.to_le_bytes().to_vec())
+        is_idle.then(|| {
+            let mut state = ByteWriter::default();
+            state.u32(self.driver.options().baud);
+            state.u32(u32::try_from(self.poll_interval.as_micros()).unwrap_or(u32::MAX));
+            state.0
+        })
     }
 
     fn resumed(state: &[u8]) -> Result<Self, DialogueError> {
+        let mut input = ByteReader::new(state);
         let options = PtuOptions {
-            baud: ByteReader::new(state).u32("the line rate of the head")?,
+            baud: input.u32("the line rate of the head")?,
             ..PtuOptions::default()
         };
-        Ok(Self {
-            driver: PtuDriver::resumed(options),
-            polled: None,
-            rejected: VecDeque::new(),
-            now: Duration::ZERO,
-        })
+        // Polls had no interval when there was none in the recording.
+        let poll_interval_us = if input.is_at_end() {
+            0
+        } else {
+            input.u32("the interval of polls")?
+        };
+        let poll_interval = Duration::from_micros(poll_interval_us.into());
+        Ok(Self::with_driver(
+            PtuDriver::resumed(options),
+            poll_interval,
+        ))
     }
 
     fn is_sign_of_life(event: &HeadEvent) -> bool {
@@ -198,15 +235,30 @@ impl DeviceDriver for HeadDriver {
 pub(super) fn head_error(error: &HeadError, port: &str) -> DeviceError {
     let (device, port, detail) = (Device::Head, port.to_owned(), error.to_string());
     match error {
-        HeadError::Silent { bytes_heard: 0 } => DeviceError::Silent {
+        HeadError::Silent => DeviceError::Silent {
             device,
             port,
             detail,
         },
-        HeadError::Silent { .. } | HeadError::SetupRefused { .. } => DeviceError::WrongDevice {
+        HeadError::NotAHead { line, .. } => DeviceError::WrongDevice {
             device,
             port,
             detail,
+            readable: *line != HeadLine::NotText,
+        },
+        HeadError::OutOfStep { .. } | HeadError::ImpossibleValue { .. } => {
+            DeviceError::WrongDevice {
+                device,
+                port,
+                detail,
+                readable: true,
+            }
+        }
+        HeadError::SetupRefused { command, text } => DeviceError::Refused {
+            device,
+            port,
+            command: command.clone(),
+            detail: format!("{text}; power-cycle it if this repeats"),
         },
         HeadError::ResetFailed { .. } => DeviceError::PositionLost { port, detail },
         _ => DeviceError::Fault {
@@ -219,14 +271,109 @@ pub(super) fn head_error(error: &HeadError, port: &str) -> DeviceError {
 
 #[cfg(test)]
 mod tests {
-    use super::{DeviceDriver, DriverOutput, HeadDriver};
+    use super::{DeviceDriver, DriverOutput, HeadCommand, HeadDriver, HeadEvent, POLL_INTERVAL};
     use crate::devices::error::Device;
     use crate::devices::lockstep::rig::ROOM;
     use crate::devices::port_config::PortConfig;
     use patrold_sim::emulator::{Emulation, EmulationOptions};
     use patrold_sim::world::Scene;
+    use ptu::{Axis, PtuEvent};
     use std::sync::Arc;
     use std::time::Duration;
+
+    /// The driver on an emulated unit; `answers` have no pace of a line.
+    fn driver_and_unit() -> (HeadDriver, Emulation) {
+        let scene = Scene::parse(ROOM).expect("a scene");
+        let world = Arc::new(scene.build(None).expect("no cloud in it"));
+        let mut options = EmulationOptions::seeded(1);
+        options.head.set("pacing=off").expect("an option");
+        options.head.set("latency=0/0").expect("an option");
+        let unit = Emulation::new(options, world, scene.map_from_base, Duration::ZERO);
+        let port = PortConfig {
+            device: Device::Head,
+            name: "ptu".to_owned(),
+            baud: 9600,
+            unit: None,
+        };
+        (HeadDriver::new(&port, 9600, false), unit)
+    }
+
+    /// Lets both work until `until`, or the driver is connected; what was sent, and the positions.
+    fn work(
+        head: &mut HeadDriver,
+        unit: &mut Emulation,
+        now: &mut Duration,
+        until: Duration,
+    ) -> (Vec<String>, Vec<i32>) {
+        let (mut sent, mut positions) = (Vec::new(), Vec::new());
+        loop {
+            while let Some(output) = head.poll() {
+                match output {
+                    DriverOutput::Send(bytes) => {
+                        sent.push(String::from_utf8_lossy(&bytes).into_owned());
+                        unit.handle_head_bytes(&bytes, *now);
+                    }
+                    DriverOutput::Event(HeadEvent::Ptu(PtuEvent::Position { steps, .. })) => {
+                        positions.push(steps);
+                    }
+                    DriverOutput::Event(event) if HeadDriver::is_connected(&event) => {
+                        return (sent, positions);
+                    }
+                    DriverOutput::Event(_) => {}
+                }
+            }
+            let next = [unit.next_head_event(), head.deadline(), Some(until)];
+            *now = (*now).max(next.into_iter().flatten().min().expect("an end"));
+            if *now >= until {
+                return (sent, positions);
+            }
+            unit.advance(*now);
+            while let Some((_, bytes)) = unit.poll_head() {
+                head.handle_bytes(&bytes, *now);
+            }
+            head.handle_deadline(*now);
+        }
+    }
+
+    #[test]
+    fn a_link_without_a_pace_is_polled_at_the_rate_of_a_9600_baud_line() {
+        let (mut head, mut unit) = driver_and_unit();
+        let mut now = Duration::ZERO;
+        head.connect(now);
+        work(&mut head, &mut unit, &mut now, Duration::from_secs(30));
+        head.command(HeadCommand::PollPosition(Some(Axis::Tilt)), now);
+        let until = now + Duration::from_secs(2);
+        let (sent, positions) = work(&mut head, &mut unit, &mut now, until);
+        assert_eq!((sent.len(), positions.len()), (160, 160), "80 a second");
+        // Another request goes out between two polls, at once.
+        head.command(HeadCommand::QueryHealth, now);
+        let Some(DriverOutput::Send(bytes)) = head.poll() else {
+            panic!("it waits")
+        };
+        assert_eq!(bytes, b"O ");
+        unit.handle_head_bytes(&bytes, now);
+        head.command(HeadCommand::PollPosition(None), now);
+        let until = now + Duration::from_secs(1);
+        let (sent, _) = work(&mut head, &mut unit, &mut now, until);
+        assert_eq!(sent, [""; 0], "nothing is polled any more");
+        assert_eq!(head.deadline(), None);
+    }
+
+    #[test]
+    fn the_state_of_an_idle_driver_is_read_back_and_an_older_one_has_no_interval() {
+        let (mut head, mut unit) = driver_and_unit();
+        let mut now = Duration::ZERO;
+        head.connect(now);
+        work(&mut head, &mut unit, &mut now, Duration::from_secs(30));
+        while head.poll().is_some() {}
+        let state = head.idle_state().expect("idle");
+        let resumed = HeadDriver::resumed(&state).expect("readable");
+        assert_eq!(resumed.poll_interval, POLL_INTERVAL);
+        assert_eq!(resumed.driver.options().baud, 9600);
+        let old = HeadDriver::resumed(&state[..4]).expect("readable");
+        assert_eq!(old.poll_interval, Duration::ZERO);
+        assert!(HeadDriver::resumed(&state[..6]).is_err());
+    }
 
     #[test]
     fn stopped_it_is_halted_and_holds_at_low_power() {

@@ -5,7 +5,7 @@ use super::device_driver::{DeviceDriver, DriverOutput};
 use super::error::{Device, DeviceError};
 use super::port_config::{LineKind, PortConfig};
 use super::recording::{DialogueError, decode_laser, encode_laser};
-use scip::{LaserAction, LaserEvent, ScipDriver, ScipError, ScipOptions, StreamPlan};
+use scip::{LaserAction, LaserEvent, LaserLine, ScipDriver, ScipError, ScipOptions, StreamPlan};
 use std::time::Duration;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -144,11 +144,26 @@ pub(super) fn laser_error(error: &ScipError, port: &str) -> DeviceError {
             port,
             detail,
         },
-        ScipError::BadReply { .. } | ScipError::ConnectTimeout { .. } => DeviceError::WrongDevice {
+        ScipError::NotALaser { line, .. } => DeviceError::WrongDevice {
             device,
             port,
             detail,
+            readable: *line != LaserLine::NotText,
         },
+        ScipError::Scip11Only { .. } => DeviceError::WrongDevice {
+            device,
+            port,
+            detail,
+            readable: true,
+        },
+        ScipError::BadReply { command, last, .. } if last.refusal().is_some() => {
+            DeviceError::Refused {
+                device,
+                port,
+                command: command.to_string(),
+                detail: format!("{last}; power-cycle it if this repeats"),
+            }
+        }
         ScipError::Plan { what, .. } => DeviceError::Refused {
             device,
             port,

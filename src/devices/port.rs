@@ -118,13 +118,26 @@ struct PortRunner<D: DeviceDriver, F> {
     last_good: Option<OpenAttempt>,
 }
 
-/// How much an error says about the device; silence may just be a wrong line rate.
+/// How much an error says about the device; silence and garbage may just be a wrong line rate.
 fn specificity(error: &DeviceError) -> u8 {
     match error {
-        DeviceError::OtherUnit { .. } => 2,
-        DeviceError::Port { .. } => 1,
-        _ => 0,
+        DeviceError::OtherUnit { .. } => 5,
+        DeviceError::Port { .. } => 4,
+        DeviceError::Silent { .. } => 0,
+        DeviceError::WrongDevice {
+            readable: false, ..
+        } => 1,
+        DeviceError::WrongDevice { readable: true, .. } => 2,
+        _ => 3,
     }
+}
+
+/// A port that cannot be opened, or another unit, is the same at every line rate.
+fn rules_out_node(error: &DeviceError) -> bool {
+    matches!(
+        error,
+        DeviceError::OtherUnit { .. } | DeviceError::Port { .. }
+    )
 }
 
 enum ServeEnd {
@@ -185,8 +198,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
                 self.last_good = Some(attempt);
                 return Some(error);
             }
-            // A port that cannot be opened, or another unit, is the same at every line rate.
-            if specificity(&error) > 0 {
+            if rules_out_node(&error) {
                 ruled_out_nodes.insert(attempt.node);
             }
             if reported

@@ -6,11 +6,10 @@ use std::time::Duration;
 use crate::Axis;
 use crate::action::{PtuAction, PtuEvent};
 use crate::command::{AxisProperty, PtuCommand};
-use crate::constants::{
-    CALIBRATION_POLL_AFTER, CALIBRATION_TIMEOUT, MAX_TRIES, PREAMBLE_TIMEOUT, SETTLE_TIME,
-};
+use crate::constants::{CALIBRATION_POLL_AFTER, CALIBRATION_TIMEOUT, MAX_TRIES, SETTLE_TIME};
 use crate::driver::{DialoguePhase, PtuDriver, ScriptKind};
 use crate::error::HeadError;
+use crate::heard::HeardBytes;
 use crate::identity::IdentityDraft;
 use crate::line::{Notice, ReplyLine};
 use crate::reply::{self, ReplyOutcome};
@@ -18,40 +17,70 @@ use crate::reply::{self, ReplyOutcome};
 /// Terminates a half-typed command of another program, and a running monitor (ptu-d46 sections 2 and 8).
 const FLUSH_SPACES: &[u8] = b"   ";
 
+/// The same from the second attempt on. A CR is a delimiter as well (ptu-d46 section 2), and makes other devices answer to
+/// what they take for their command, so that a laser on this port is recognised.
+const FLUSH_LINE: &[u8] = b"  \r";
+
 /// Clears the network id of every unit on the line (ptu-d46 section 11, step 1).
 const NETWORK_RESCUE: &[u8] = b" _0 U0 ";
 
 /// Halts first: a unit in velocity mode or with held-back targets must not start moving when the mode changes (ptu-d46 section 6).
-const SETUP_COMMANDS: [PtuCommand; 8] = [
+const SETTING_COMMANDS: [PtuCommand; 4] = [
     PtuCommand::Halt,
     PtuCommand::IndependentMode,
     PtuCommand::ImmediateMode,
     PtuCommand::LimitsOn,
-    PtuCommand::QueryEcho,
-    PtuCommand::QueryFeedback,
-    PtuCommand::QueryControlMode,
-    PtuCommand::QueryLimits,
 ];
 
-const IDENTITY_PROPERTIES: [AxisProperty; 8] = [
-    AxisProperty::Resolution,
-    AxisProperty::MinPosition,
-    AxisProperty::MaxPosition,
-    AxisProperty::MinSpeed,
-    AxisProperty::MaxSpeed,
-    AxisProperty::Speed,
-    AxisProperty::Acceleration,
-    AxisProperty::BaseSpeed,
+/// Read in this order, of both axes each. The queries of settings in between have replies of their own: a number in place of
+/// one shows that the replies before it belonged to other commands.
+const IDENTITY_QUERIES: [(PtuCommand, &[AxisProperty]); 3] = [
+    (
+        PtuCommand::QueryFeedback,
+        &[
+            AxisProperty::Resolution,
+            AxisProperty::MinPosition,
+            AxisProperty::MaxPosition,
+        ],
+    ),
+    (
+        PtuCommand::QueryControlMode,
+        &[
+            AxisProperty::MinSpeed,
+            AxisProperty::MaxSpeed,
+            AxisProperty::Speed,
+            AxisProperty::Acceleration,
+            AxisProperty::BaseSpeed,
+        ],
+    ),
+    (PtuCommand::QueryLimits, &[]),
 ];
 
 fn setup_script() -> VecDeque<PtuCommand> {
-    let both = |property| Axis::BOTH.map(|axis| PtuCommand::Query(axis, property));
-    SETUP_COMMANDS
+    let both = |property: &AxisProperty| Axis::BOTH.map(|axis| PtuCommand::Query(axis, *property));
+    let identity = IDENTITY_QUERIES
         .into_iter()
-        .chain(IDENTITY_PROPERTIES.into_iter().flat_map(both))
+        .flat_map(|(setting, properties)| {
+            [setting]
+                .into_iter()
+                .chain(properties.iter().flat_map(both))
+        });
+    SETTING_COMMANDS
+        .into_iter()
+        .chain(identity)
         .chain(Axis::BOTH.map(PtuCommand::QueryHoldPower))
         .chain(Axis::BOTH.map(PtuCommand::QueryMovePower))
-        .chain([PtuCommand::QuerySupply])
+        .chain([PtuCommand::QuerySupply, PtuCommand::QueryEcho])
+        .collect()
+}
+
+/// The limits, and a setting whose reply is no number, to see that each reply belonged to its query.
+fn limits_script() -> VecDeque<PtuCommand> {
+    let limits = [AxisProperty::MinPosition, AxisProperty::MaxPosition];
+    Axis::BOTH
+        .into_iter()
+        .flat_map(|axis| limits.map(|limit| PtuCommand::Query(axis, limit)))
+        .chain([PtuCommand::QueryLimits])
         .collect()
 }
 
@@ -69,7 +98,7 @@ impl PtuDriver {
         self.connect_attempts = 0;
         self.calibration_seen = false;
         self.calibration_end = None;
-        self.bytes_heard = 0;
+        self.heard = HeardBytes::default();
         self.position_trusted = false;
         self.begin_attempt(now);
     }
@@ -77,9 +106,15 @@ impl PtuDriver {
     fn begin_attempt(&mut self, now: Duration) {
         self.clear_dialogue();
         self.draft = IdentityDraft::default();
-        let spaces = PtuAction::Send(FLUSH_SPACES.to_vec());
-        if self.actions.back() != Some(&spaces) {
-            self.actions.push_back(spaces);
+        let bytes = if self.connect_attempts == 0 {
+            FLUSH_SPACES
+        } else {
+            FLUSH_LINE
+        };
+        let flush = PtuAction::Send(bytes.to_vec());
+        if self.actions.back() != Some(&flush) {
+            self.heard.note_sent(bytes);
+            self.actions.push_back(flush);
         }
         let until = now
             .saturating_add(self.wire_time(FLUSH_SPACES.len()))
@@ -90,7 +125,7 @@ impl PtuDriver {
     pub(crate) fn begin_preamble(&mut self, now: Duration) {
         self.lines.clear();
         self.phase = DialoguePhase::Preamble;
-        self.send(PtuCommand::EchoOff, 1, PREAMBLE_TIMEOUT, now);
+        self.send(PtuCommand::EchoOff, 1, now);
     }
 
     /// A notice before the unit is identified.
@@ -158,19 +193,14 @@ impl PtuDriver {
     /// Any reply will do for `ED` and `FT`; the reply to `V` must be a text, anything else is a late reply to the other two.
     fn handle_preamble_reply(&mut self, text: &str, now: Duration) {
         match self.in_flight.map(|f| f.command) {
-            Some(PtuCommand::EchoOff) => self.send(PtuCommand::Terse, 1, PREAMBLE_TIMEOUT, now),
-            Some(PtuCommand::Terse) => self.send(
-                PtuCommand::QueryVersion,
-                1,
-                PtuCommand::QueryVersion.reply_timeout(),
-                now,
-            ),
+            Some(PtuCommand::EchoOff) => self.send(PtuCommand::Terse, 1, now),
+            Some(PtuCommand::Terse) => self.send(PtuCommand::QueryVersion, 1, now),
             Some(PtuCommand::QueryVersion) if is_version(text) => {
                 self.draft.version = text.to_owned();
                 self.calibration_end = None;
                 self.in_flight = None;
                 self.phase = DialoguePhase::Running;
-                self.script = Some((ScriptKind::Setup, setup_script()));
+                self.begin_script(ScriptKind::Setup);
                 self.start_next(now);
             }
             _ => {}
@@ -180,14 +210,7 @@ impl PtuDriver {
     pub(crate) fn preamble_timed_out(&mut self, now: Duration) {
         match self.in_flight.map(|f| f.command) {
             Some(PtuCommand::EchoOff | PtuCommand::Terse) => self.handle_preamble_reply("", now),
-            _ => {
-                self.attempt_failed(
-                    HeadError::Silent {
-                        bytes_heard: self.bytes_heard,
-                    },
-                    now,
-                );
-            }
+            _ => self.attempt_failed(self.heard.error(), now),
         }
     }
 
@@ -198,7 +221,7 @@ impl PtuDriver {
             return self.wait_for_calibration(now);
         }
         self.connect_attempts += 1;
-        if self.connect_attempts < MAX_TRIES {
+        if self.connect_attempts < self.options.attempts {
             self.begin_attempt(now);
         } else if self.options.network_rescue && !self.network_rescue_sent {
             self.network_rescue_sent = true;
@@ -210,14 +233,46 @@ impl PtuDriver {
         }
     }
 
+    pub(crate) fn begin_script(&mut self, kind: ScriptKind) {
+        self.script_restarts = 0;
+        self.fill_script(kind);
+    }
+
+    fn fill_script(&mut self, kind: ScriptKind) {
+        let commands = match kind {
+            ScriptKind::Setup => {
+                self.draft = IdentityDraft {
+                    version: std::mem::take(&mut self.draft.version),
+                    ..IdentityDraft::default()
+                };
+                setup_script()
+            }
+            ScriptKind::Limits => {
+                for axis in Axis::BOTH {
+                    let draft = self.draft.axis_mut(axis);
+                    (draft.min_steps, draft.max_steps) = (None, None);
+                }
+                limits_script()
+            }
+        };
+        self.script = Some((kind, commands));
+    }
+
+    /// Replies did not fit their commands: gets back into step and reads all again, a few times, then gives up with `fault`.
+    pub(crate) fn restart_script(&mut self, kind: ScriptKind, fault: HeadError, now: Duration) {
+        self.script_restarts += 1;
+        if self.script_restarts >= MAX_TRIES {
+            return self.go_offline(fault);
+        }
+        self.fill_script(kind);
+        self.begin_resync(None, now);
+    }
+
     /// All settings are made and the identity is read.
     pub(crate) fn finish_setup(&mut self, now: Duration) {
-        let Some(identity) = self.draft.finish(self.calibration_seen) else {
-            let text = "limits without a range between them, or no valid resolution".to_owned();
-            return self.go_offline(HeadError::SetupRefused {
-                command: "PN PX TN TX PR TR".to_owned(),
-                text,
-            });
+        let identity = match self.draft.finish(self.calibration_seen) {
+            Ok(identity) => identity,
+            Err(fault) => return self.restart_script(ScriptKind::Setup, fault, now),
         };
         self.position_trusted = self.calibration_seen;
         self.connect_attempts = 0;

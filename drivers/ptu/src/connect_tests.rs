@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::test_rig::{PtuTestRig, ScriptedReplies};
-use crate::{Axis, AxisLimits, HeadError, PtuDriver, PtuEvent, PtuOptions, RequestError};
+use crate::{Axis, AxisLimits, HeadError, HeadLine, PtuDriver, PtuEvent, PtuOptions, RequestError};
 
 #[test]
 fn connects_from_every_state_and_line_end() {
@@ -18,7 +18,7 @@ fn connects_from_every_state_and_line_end() {
             };
             let seen = rig.connect_with(&mut replies);
             assert_eq!(seen[..7], ["ED", "FT", "V", "H", "CI", "I", "LE"]);
-            assert_eq!(seen.last().map(String::as_str), Some("O"));
+            assert_eq!(seen[seen.len() - 2..], ["O", "E"]);
             let [PtuEvent::Connected(identity)] = &rig.events[..] else {
                 panic!("{:?}", rig.events)
             };
@@ -72,7 +72,7 @@ fn recorded_echoes_while_echo_is_switched_off_are_accepted() {
 }
 
 #[test]
-fn a_line_without_valid_replies_is_reported_as_silent() {
+fn a_line_without_valid_replies_is_reported_with_what_was_heard() {
     let mut rig = PtuTestRig::new();
     rig.driver.connect(rig.now);
     while rig.driver.deadline().is_some() {
@@ -81,10 +81,16 @@ fn a_line_without_valid_replies_is_reported_as_silent() {
         rig.pass_deadline();
     }
     rig.take_sent();
-    let [PtuEvent::Fault(HeadError::Silent { bytes_heard })] = rig.events[..] else {
+    let [
+        PtuEvent::Fault(HeadError::NotAHead {
+            line, bytes_heard, ..
+        }),
+    ] = rig.events[..]
+    else {
         panic!("{:?}", rig.events)
     };
     assert!(bytes_heard > 10);
+    assert_eq!(line, HeadLine::NotText);
     assert!(!rig.driver.is_connected());
     assert_eq!(
         rig.driver.move_to(Axis::Pan, 0, rig.now),
@@ -195,18 +201,58 @@ fn a_setting_that_is_not_accepted_is_a_fault_after_three_tries() {
 
 #[test]
 fn a_refused_or_impossible_property_is_a_fault() {
-    for (query, reply) in [("PN", "! Axis Error"), ("TX", "* -907"), ("PR", "* 0")] {
+    for (query, reply, times) in [
+        ("PN", "! Axis Error", 1),
+        ("TX", "* -907", 3),
+        ("PR", "* 0", 3),
+    ] {
         let (mut rig, mut replies) = (PtuTestRig::new(), ScriptedReplies::default());
         replies.overrides = vec![(query, reply)];
-        rig.connect_with(&mut replies);
-        assert!(
-            matches!(
-                rig.events[..],
-                [PtuEvent::Fault(HeadError::SetupRefused { .. })]
-            ),
-            "{:?}",
-            rig.events
-        );
+        let seen = rig.connect_with(&mut replies);
+        let asked = seen.iter().filter(|command| *command == query).count();
+        assert_eq!(asked, times, "{query}: a refusal is final, a value is not");
+        let [PtuEvent::Fault(fault)] = &rig.events[..] else {
+            panic!("{:?}", rig.events)
+        };
+        match fault {
+            HeadError::SetupRefused { command, .. } if times == 1 => assert_eq!(command, query),
+            HeadError::ImpossibleValue { command, got, .. } => {
+                assert_eq!(
+                    (command.as_str(), format!("* {got}").as_str()),
+                    (query, reply)
+                );
+            }
+            other => panic!("{other}"),
+        }
         assert!(!rig.driver.is_connected());
     }
+}
+
+#[test]
+fn a_value_that_cannot_be_is_read_again() {
+    let (mut rig, mut replies) = (PtuTestRig::new(), ScriptedReplies::default());
+    replies.overrides = vec![("TX", "* -907")];
+    rig.driver.connect(rig.now);
+    let mut asked = 0;
+    for _ in 0..500 {
+        let sent = rig.take_sent();
+        if sent.is_empty() && rig.driver.deadline().is_none() {
+            break;
+        }
+        if sent.is_empty() {
+            rig.pass_deadline();
+        }
+        for command in sent.concat().split_whitespace() {
+            asked += usize::from(command == "TX");
+            if asked == 2 {
+                replies.overrides.clear();
+            }
+            let answer = replies.answer(command);
+            rig.feed(answer.as_bytes());
+        }
+    }
+    let [PtuEvent::Connected(identity)] = &rig.events[..] else {
+        panic!("{:?}", rig.events)
+    };
+    assert_eq!((identity.tilt.limits.max_steps, asked), (604, 2));
 }

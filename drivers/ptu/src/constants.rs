@@ -11,11 +11,11 @@ pub(crate) const BITS_PER_BYTE: u32 = 10;
 /// Wait after the three spaces that end a half-typed command (ptu-d46 section 11, step 1).
 pub(crate) const SETTLE_TIME: Duration = Duration::from_millis(250);
 
-/// Wait for each of `ED` and `FT` at connecting (ptu-d46 section 11, step 1).
-pub(crate) const PREAMBLE_TIMEOUT: Duration = Duration::from_millis(300);
-
-/// Wait for a reply: slow hosts and USB adapters need it (ptu-d46 section 12, last row).
+/// Wait for the first byte of a reply: slow hosts and USB adapters need it (ptu-d46 section 12, last row).
 pub(crate) const REPLY_TIMEOUT: Duration = Duration::from_millis(500);
+
+/// The longest reply of ptu-d46 section 3, the version text, bytes: a reply may take so long on the line after its first.
+pub(crate) const LONGEST_REPLY_BYTES: usize = 90;
 
 /// Time limit of a calibration (ptu-d46 section 7: others use 15 to 60 s).
 pub(crate) const CALIBRATION_TIMEOUT: Duration = Duration::from_secs(60);
@@ -33,7 +33,7 @@ pub(crate) const DRAIN_TIME: Duration = Duration::from_millis(100);
 pub(crate) const QUIET_TIME: Duration = Duration::from_millis(50);
 pub(crate) const MAX_DRAIN_TIME: Duration = Duration::from_secs(1);
 
-/// Longest line kept, bytes. The longest reply of ptu-d46 section 3 (the version text) has about 90.
+/// Longest line kept, bytes: over twice [`LONGEST_REPLY_BYTES`].
 pub(crate) const MAX_LINE_BYTES: usize = 256;
 
 /// Own choice: with more commands waiting, the last would be minutes old when sent.
@@ -57,3 +57,25 @@ pub(crate) const KNOWN_RATIOS: [f64; 5] = [17.5, 35.0, 70.0, 140.0, 280.0];
 
 /// The resolution is printed with four decimals, cut off or rounded (ptu-d46 section 5); arc seconds.
 pub(crate) const RESOLUTION_PRINT_ERROR_ARCSEC: f64 = 1.0e-4;
+
+/// Resolutions that can be, arc seconds per count: an eighth step behind 70:1 has 11.6, a full step behind 17.5:1 370.3
+/// (ptu-d46 section 5). Own choice: a tenth of the first, the second rounded up.
+pub(crate) const RESOLUTION_ARCSEC: std::ops::RangeInclusive<f64> = 1.0..=400.0;
+
+/// Farthest limit from the middle that can be, degrees: a D46 reaches 159 (ptu-d46 section 5). Own choice: cables end any
+/// head's turn a little beyond a full one.
+pub(crate) const MAX_LIMIT_DEG: f64 = 400.0;
+
+/// Highest speed that can be, degrees per second: the fastest unit is sold with "over 300" (ptu-d46 section 5). Own choice:
+/// three times that.
+pub(crate) const MAX_SPEED_DEG_S: f64 = 1000.0;
+
+/// Bytes kept of what was heard while connecting, to judge who answers. Own choice: some replies of any device.
+pub(crate) const HEARD_BYTES: usize = 512;
+
+/// Bytes of that in a message. Own choice: half a line of text.
+pub(crate) const EXCERPT_BYTES: usize = 40;
+
+/// Share of bytes that no text has (neither printable ASCII nor CR, LF, tab) from which a line is no text. Own choice: a
+/// wrong line rate or noise spoils most bytes, a bad contact one in a hundred.
+pub(crate) const MIN_UNPRINTABLE_SHARE: f64 = 0.1;

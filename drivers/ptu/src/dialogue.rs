@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use crate::action::{PtuAction, PtuEvent};
-use crate::axis::StepSize;
 use crate::command::{AxisProperty, ExpectedReply, PtuCommand};
 use crate::connect::is_banner;
 use crate::constants::{CALIBRATION_TIMEOUT, DRAIN_TIME, MAX_DRAIN_TIME, MAX_TRIES, QUIET_TIME};
@@ -54,7 +53,9 @@ impl PtuDriver {
     /// Handles received bytes; `now` is when they arrived.
     pub fn handle_bytes(&mut self, bytes: &[u8], now: Duration) {
         for byte in bytes {
-            self.bytes_heard = self.bytes_heard.saturating_add(1);
+            if !matches!(self.phase, DialoguePhase::Running | DialoguePhase::Offline) {
+                self.heard.note(*byte);
+            }
             if let Some(resync) = &mut self.resync {
                 resync.until = resync
                     .until
@@ -204,25 +205,14 @@ impl PtuDriver {
 
     /// The calibration succeeded: drains the line, then reads the limits anew.
     fn reset_done(&mut self, now: Duration) {
-        for axis in Axis::BOTH {
-            let draft = self.draft.axis_mut(axis);
-            (draft.min_steps, draft.max_steps) = (None, None);
-        }
-        let limits = [AxisProperty::MinPosition, AxisProperty::MaxPosition];
-        let queries = Axis::BOTH
-            .into_iter()
-            .flat_map(|axis| limits.map(|limit| PtuCommand::Query(axis, limit)));
-        self.script = Some((ScriptKind::Limits, queries.collect()));
+        self.begin_script(ScriptKind::Limits);
         self.begin_resync(None, now);
     }
 
     fn finish_reset(&mut self, now: Duration) {
-        let (Some(pan), Some(tilt)) = (self.draft.pan.limits(), self.draft.tilt.limits()) else {
-            let text = "limits without a range between them".to_owned();
-            return self.go_offline(HeadError::SetupRefused {
-                command: "PN PX TN TX".to_owned(),
-                text,
-            });
+        let (pan, tilt) = match self.draft.limits() {
+            Ok(limits) => limits,
+            Err(fault) => return self.restart_script(ScriptKind::Limits, fault, now),
         };
         let spoilt = self.reset_spoilt_by.take();
         self.position_trusted = spoilt.is_none();
@@ -280,7 +270,7 @@ impl PtuDriver {
             None => self.queue.pop_front(),
         };
         match (next, self.script.as_ref().map(|(script, _)| *script)) {
-            (Some(command), _) => self.send(command, 1, command.reply_timeout(), now),
+            (Some(command), _) => self.send(command, 1, now),
             (None, Some(script)) => {
                 self.script = None;
                 match script {
@@ -316,7 +306,7 @@ impl PtuDriver {
         self.begin_resync(Some((failed.command, failed.tries)), now);
     }
 
-    fn begin_resync(&mut self, retry: Option<(PtuCommand, u32)>, now: Duration) {
+    pub(crate) fn begin_resync(&mut self, retry: Option<(PtuCommand, u32)>, now: Duration) {
         self.in_flight = None;
         let (until, hard_end) = (
             now.saturating_add(DRAIN_TIME),
@@ -350,15 +340,23 @@ impl PtuDriver {
         self.resync = None;
         match resync.retry {
             Some((command, tries)) => {
-                self.send(command, tries + 1, command.reply_timeout(), now);
+                self.send(command, tries + 1, now);
             }
             None => self.start_next(now),
         }
     }
 
-    /// A reply, but not to the command in flight. During a calibration the driver keeps waiting for its end.
+    /// A reply, but not to the command in flight. In a script those before it are in doubt too. During a calibration the
+    /// driver keeps waiting for its end.
     fn handle_mismatch(&mut self, line: &ReplyLine, in_flight: InFlight, now: Duration) {
         self.note_unmatched(line);
+        if let Some((kind, _)) = self.script {
+            let fault = HeadError::OutOfStep {
+                command: in_flight.command.to_text(),
+                heard: line.bytes.escape_ascii().to_string(),
+            };
+            return self.restart_script(kind, fault, now);
+        }
         if in_flight.command != PtuCommand::Reset {
             self.retry(in_flight, now);
         }
@@ -379,7 +377,7 @@ fn store_property(draft: &mut AxisDraft, property: AxisProperty, value: f64) {
     let whole = reply::integer(value);
     match property {
         AxisProperty::Position => {}
-        AxisProperty::Resolution => draft.step = StepSize::from_print(value),
+        AxisProperty::Resolution => draft.arcsec = Some(value),
         AxisProperty::MinPosition => draft.min_steps = whole,
         AxisProperty::MaxPosition => draft.max_steps = whole,
         AxisProperty::MinSpeed => draft.speed_min = whole,

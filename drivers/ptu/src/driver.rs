@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use crate::action::{PtuAction, PtuEvent};
 use crate::command::PtuCommand;
-use crate::constants::BITS_PER_BYTE;
+use crate::constants::{BITS_PER_BYTE, LONGEST_REPLY_BYTES, MAX_TRIES};
 use crate::error::HeadError;
+use crate::heard::HeardBytes;
 use crate::identity::IdentityDraft;
 use crate::line::{Notice, ReplyBuffer};
 
@@ -18,6 +19,8 @@ pub struct PtuOptions {
     /// Before giving up on connecting, broadcast the command that clears a forgotten network id (ptu-d46 section 11, step 1). It
     /// changes the unit's settings until the next power-up, so it is off by default.
     pub network_rescue: bool,
+    /// Attempts to connect.
+    pub attempts: u32,
 }
 
 impl Default for PtuOptions {
@@ -25,6 +28,7 @@ impl Default for PtuOptions {
         Self {
             baud: 9600,
             network_rescue: false,
+            attempts: MAX_TRIES,
         }
     }
 }
@@ -95,7 +99,10 @@ pub struct PtuDriver {
     pub(crate) calibration_seen: bool,
     /// When a calibration under way counts as failed.
     pub(crate) calibration_end: Option<Duration>,
-    pub(crate) bytes_heard: u64,
+    /// While connecting.
+    pub(crate) heard: HeardBytes,
+    /// How often the script under way was started again, because its replies did not fit.
+    pub(crate) script_restarts: u32,
     /// The last line that matched no command, for messages.
     pub(crate) last_unmatched_line: String,
 }
@@ -120,7 +127,8 @@ impl PtuDriver {
             network_rescue_sent: false,
             calibration_seen: false,
             calibration_end: None,
-            bytes_heard: 0,
+            heard: HeardBytes::default(),
+            script_restarts: 0,
             last_unmatched_line: String::new(),
         }
     }
@@ -220,21 +228,18 @@ impl PtuDriver {
     }
 
     /// Sends a command and starts waiting for its reply.
-    pub(crate) fn send(
-        &mut self,
-        command: PtuCommand,
-        tries: u32,
-        reply_timeout: Duration,
-        now: Duration,
-    ) {
+    pub(crate) fn send(&mut self, command: PtuCommand, tries: u32, now: Duration) {
         let bytes = command.to_bytes();
         let sent_at = now.saturating_add(self.wire_time(bytes.len()));
         self.in_flight = Some(InFlight {
             command,
             tries,
             sent_at,
-            deadline: sent_at.saturating_add(reply_timeout),
+            deadline: sent_at
+                .saturating_add(command.reply_timeout())
+                .saturating_add(self.wire_time(LONGEST_REPLY_BYTES)),
         });
+        self.heard.note_sent(&bytes);
         if command == PtuCommand::Reset {
             self.reset_spoilt_by = None;
         }

@@ -1,16 +1,47 @@
 //! What can go wrong between driver and unit.
 
+use crate::heard::HeadLine;
+
 /// A fault of the dialogue with the unit.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum HeadError {
-    /// No valid reply while connecting.
+    /// No byte came while connecting.
     #[error(
-        "no pan-tilt unit answers ({bytes_heard} bytes received, none of them a reply): wrong port, wrong baud rate, no power, \
-         a network id is set, or the unit is still calibrating"
+        "no pan-tilt unit answers: wrong port, no power, a network id is set, or the unit is still calibrating"
     )]
-    Silent {
-        /// Bytes received while connecting. Many of them suggest a wrong baud rate.
+    Silent,
+    /// Bytes came while connecting, but no reply.
+    #[error("heard \"{heard}\" ({bytes_heard} bytes): {line}")]
+    NotAHead {
+        /// What is there instead.
+        line: HeadLine,
+        /// The first bytes, escaped.
+        heard: String,
+        /// Bytes received while connecting.
         bytes_heard: u64,
+    },
+    /// While settings or identity were read, replies belonged to other commands, again and again.
+    #[error(
+        "`{command}` was answered by {heard:?}, the reply to another command: replies come twice or late; stop other programs \
+         that use the port, look for an echo on the line (half-duplex adapter, bridged wires), then power-cycle the unit"
+    )]
+    OutOfStep {
+        /// The command that showed it.
+        command: String,
+        /// What came, escaped.
+        heard: String,
+    },
+    /// The unit reports a value that cannot be, again and again.
+    #[error(
+        "`{command}` answered {got}, {expected} expected: power-cycle the unit; if it repeats, the unit is faulty or of another kind"
+    )]
+    ImpossibleValue {
+        /// The query.
+        command: String,
+        /// What can be.
+        expected: String,
+        /// What it answered.
+        got: String,
     },
     /// A calibration was under way while connecting and did not end.
     #[error("the unit is calibrating and did not finish within {waited_s} s")]
@@ -28,7 +59,7 @@ pub enum HeadError {
         /// The text that came instead.
         got: String,
     },
-    /// The unit refused a command that connecting needs, or answered it with an impossible value.
+    /// The unit refused a command that connecting needs.
     #[error("connecting needs `{command}`, but the unit answered {text:?}")]
     SetupRefused {
         /// The command as sent, without its delimiter.

@@ -21,6 +21,7 @@ mod dialogue_tests;
 mod driver;
 pub mod emulator;
 mod error;
+mod heard;
 #[cfg(test)]
 mod hostile_tests;
 mod identity;
@@ -30,6 +31,8 @@ mod power;
 mod reply;
 mod requests;
 #[cfg(test)]
+mod odd_unit_tests;
+#[cfg(test)]
 mod test_rig;
 
 pub use action::{PtuAction, PtuEvent};
@@ -37,6 +40,7 @@ pub use axis::{Axis, AxisScale, Sign, StepSize};
 pub use constants::BAUD_RATES;
 pub use driver::{PtuDriver, PtuOptions};
 pub use error::{HeadError, RequestError};
+pub use heard::HeadLine;
 pub use identity::{AxisIdentity, AxisLimits, HeadIdentity, Health};
 pub use motion::{MotionProfile, MoveState, MoveWatch};
 pub use power::{HoldPower, MovePower};

@@ -147,7 +147,7 @@ fn another_rate_and_another_network_id_are_reported_as_silence() {
     let mut pair = DriverAndHead::with(&["unit-id=5"]);
     assert!(matches!(
         pair.try_connect(),
-        PtuEvent::Fault(HeadError::Silent { .. })
+        PtuEvent::Fault(HeadError::Silent)
     ));
     let mut pair = DriverAndHead::with(&["baud=38400"]);
     pair.head.set_host_baud(Some(9600));
