@@ -36,6 +36,9 @@ pub(super) struct EmulateArgs {
     /// TCP address of the laser instead of a pseudo-terminal (HOST:PORT; port 0 takes a free one)
     #[arg(long, value_name = "ADDR", conflicts_with = "laser")]
     laser_tcp: Option<SocketAddr>,
+    /// TCP address of the pan-tilt, as behind a serial server, instead of a pseudo-terminal (HOST:PORT)
+    #[arg(long, value_name = "ADDR", conflicts_with = "ptu")]
+    ptu_tcp: Option<SocketAddr>,
     /// Model of the laser: urg-04lx, urg-04lx-ug01, utm-30lx or ust-20lx
     #[arg(long, value_name = "NAME", default_value = "urg-04lx", value_parser = parse_profile)]
     laser_profile: LaserProfile,
@@ -134,6 +137,7 @@ fn start(args: &EmulateArgs) -> Result<Emulator, Failure> {
         laser: args.laser.as_deref(),
         head: args.ptu.as_deref(),
         laser_tcp: args.laser_tcp,
+        head_tcp: args.ptu_tcp,
     };
     Emulator::start(emulation, &ports, clock).map_err(Failure::failed)
 }

@@ -1,7 +1,7 @@
 //! The table of all configuration keys: name, accepted values, default, unit, description.
 
 use super::value::{ConfigValue, ValueKind};
-use ValueKind::{Flag, Float, Floats, Integer, OneOf, Port, SerialPort, Sign, Text};
+use ValueKind::{Flag, Float, Floats, Integer, OneOf, Port, Sign, Text};
 
 /// One key of the configuration.
 #[derive(Debug, Clone, Copy)]
@@ -59,7 +59,7 @@ pub const KEYS: &[ConfigKey] = &[
         Port,
         "\"/dev/patrold-laser\"",
         "",
-        "Port of the laser. The shipped udev rules create the default name; usb: takes vendor, product and serial number as patrold devices lists them; tcp: is for an Ethernet sensor.",
+        "Port of the laser. The shipped udev rules create the default name; usb: takes vendor, product and serial number as patrold devices lists them; tcp: is for an Ethernet sensor or a serial server.",
     ),
     key(
         "laser.serial",
@@ -77,10 +77,10 @@ pub const KEYS: &[ConfigKey] = &[
     ),
     key(
         "ptu.port",
-        SerialPort,
+        Port,
         "\"/dev/patrold-ptu\"",
         "",
-        "Port of the PTU-D46: a serial line, named like the laser's.",
+        "Port of the PTU-D46, named like the laser's; tcp: is for a serial server, which has its own line rate.",
     ),
     key(
         "ptu.version",

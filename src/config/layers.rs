@@ -247,7 +247,7 @@ mod tests {
     fn all_errors_are_reported_at_once_with_their_lines() {
         let mut layers = ConfigLayers::defaults();
         let errors = layers.add(&source(
-            "[novelty]\nu_th = 0.1\nground = \"manhattan\"\n[laser]\nbaud = nan\n[lazer]\nport = \"x\"\n[ptu]\nport = \"tcp:host:1\"\n",
+            "[novelty]\nu_th = 0.1\nground = \"manhattan\"\n[laser]\nbaud = nan\n[lazer]\nport = \"x\"\n[ptu]\nport = \"tcp:host\"\n",
         ));
         let texts: Vec<String> = errors.iter().map(ToString::to_string).collect();
         assert_eq!(texts.len(), 5, "{texts:?}");

@@ -212,7 +212,8 @@ impl LayerValues<'_> {
 #[cfg(test)]
 mod tests {
     use super::{ConfigLayers, Settings};
-    use crate::config::ConfigFile;
+    use crate::config::{ConfigFile, SweepMode};
+    use std::f64::consts::PI;
     use std::path::PathBuf;
 
     fn layers(text: &str) -> ConfigLayers {
@@ -239,5 +240,61 @@ mod tests {
         assert_eq!(settings.u_th(Some("hall")), 0.5);
         assert_eq!(settings.u_th(Some("dock")), 0.25);
         assert_eq!(settings.u_th(None), 0.25);
+    }
+
+    #[test]
+    fn the_numbers_of_devices_mount_and_sweep_are_read_in_si_units() {
+        let text = "[laser]\nport = \"tcp:10.0.0.2:10940\"\nbaud = 57600\n\
+            [ptu]\nport = \"tcp:server:4001\"\nbaud = 19200\npan_sign = -1\npan_zero_deg = 1.8\n\
+            tilt_zero_deg = -3.6\ntilt_backlash_deg = 0.18\nsuspect_pan_deg = 0.9\nsuspect_tilt_deg = 0.36\n\
+            home_at_start = false\n\
+            [mount]\npan_axis_xyz_m = [1, 2, 3]\ntilt_axis_xyz_m = [4, 5, 6]\nplate_xyz_m = [7, 8, 9]\n\
+            xyz_m = [0.1, 0.2, 0.3]\nrpy_deg = [180, 18, -36]\n\
+            [sweep]\nmode = \"step\"\ntilt_from_deg = -18\ntilt_to_deg = 36\nspeed_deg_s = 7.2\nstep_deg = 0.72\n\
+            time_offset_ms = -12.5\npans_deg = [-90, 45]\nmax_missing_lines = 0.25\n";
+        let settings = Settings::from_layers(&layers(text)).expect("valid");
+        let is_pi_over = |rad: f64, divisor: f64| {
+            assert!(
+                (rad - PI / divisor).abs() < 1e-12,
+                "{rad}, not pi / {divisor}"
+            );
+        };
+        let (laser, ptu, mount, sweep) = (
+            &settings.laser,
+            &settings.ptu,
+            &settings.mount,
+            &settings.sweep,
+        );
+        assert_eq!(
+            (laser.port.as_str(), laser.baud),
+            ("tcp:10.0.0.2:10940", 57_600)
+        );
+        assert_eq!((ptu.port.as_str(), ptu.baud), ("tcp:server:4001", 19_200));
+        assert_eq!((ptu.pan_sign, ptu.tilt_sign), (-1.0, 1.0));
+        assert!(!ptu.home_at_start);
+        is_pi_over(ptu.pan_zero_rad, 100.0);
+        is_pi_over(ptu.tilt_zero_rad, -50.0);
+        is_pi_over(ptu.tilt_backlash_rad, 1000.0);
+        is_pi_over(ptu.suspect_pan_rad, 200.0);
+        is_pi_over(ptu.suspect_tilt_rad, 500.0);
+        assert_eq!(mount.pan_axis_m, [1.0, 2.0, 3.0]);
+        assert_eq!(mount.tilt_axis_m, [4.0, 5.0, 6.0]);
+        assert_eq!(mount.plate_m, [7.0, 8.0, 9.0]);
+        assert_eq!(mount.laser_m, [0.1, 0.2, 0.3]);
+        for (rad, divisor) in mount.laser_rpy_rad.into_iter().zip([1.0, 10.0, -5.0]) {
+            is_pi_over(rad, divisor);
+        }
+        assert_eq!(sweep.mode, SweepMode::Step);
+        is_pi_over(sweep.tilt_from_rad, -10.0);
+        is_pi_over(sweep.tilt_to_rad, 5.0);
+        is_pi_over(sweep.speed_rad_s, 25.0);
+        is_pi_over(sweep.step_rad, 250.0);
+        assert!((sweep.time_offset_s + 0.0125).abs() < 1e-15, "milliseconds");
+        let [first, second] = sweep.pans_rad[..] else {
+            panic!("two pans")
+        };
+        is_pi_over(first, -2.0);
+        is_pi_over(second, 4.0);
+        assert_eq!(sweep.max_missing_lines, 0.25);
     }
 }

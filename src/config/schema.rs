@@ -6,6 +6,10 @@ use serde_json::{Map, Value, json};
 
 const USB_NAME: &str = "usb:[0-9A-Fa-f]{4}:[0-9A-Fa-f]{4}(:.+)?";
 
+/// Host and port, from 1 to 65535.
+const TCP_NAME: &str =
+    "tcp:.+:([1-9][0-9]{0,3}|[1-5][0-9]{4}|6[0-4][0-9]{3}|65[0-4][0-9]{2}|655[0-2][0-9]|6553[0-5])";
+
 /// Text of `docs/schema/config.json`.
 pub fn json_schema() -> String {
     let mut sections: Vec<(&str, Vec<&ConfigKey>)> = Vec::new();
@@ -70,11 +74,7 @@ fn accepted(kind: ValueKind) -> Value {
         ValueKind::Text => json!({ "type": "string", "minLength": 1 }),
         ValueKind::Port => json!({
             "type": "string",
-            "pattern": format!("^(?!usb:).+$|^{USB_NAME}$"),
-        }),
-        ValueKind::SerialPort => json!({
-            "type": "string",
-            "pattern": format!("^(?!usb:|tcp:).+$|^{USB_NAME}$"),
+            "pattern": format!("^(?!usb:|tcp:).+$|^{USB_NAME}$|^{TCP_NAME}$"),
         }),
         ValueKind::OneOf(words) => json!({ "enum": words }),
         ValueKind::Sign => json!({ "enum": [1, -1] }),
@@ -140,6 +140,10 @@ mod tests {
             "\"usb:15d1:0000:\"",
             "\"tcp:\"",
             "\"tcp:10.0.0.2:10940\"",
+            "\"tcp:host:65535\"",
+            "\"tcp:host:65536\"",
+            "\"tcp:host:0\"",
+            "\"tcp:host\"",
             "\"/dev/ttyS0\"",
             "[]",
             "[0.0]",

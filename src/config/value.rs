@@ -30,8 +30,6 @@ pub enum ValueKind {
     Text,
     /// A serial device, `usb:VVVV:PPPP[:SERIAL]` or `tcp:HOST:PORT`.
     Port,
-    /// A serial device or `usb:VVVV:PPPP[:SERIAL]`.
-    SerialPort,
     /// One of these words.
     OneOf(&'static [&'static str]),
     /// 1 or -1.
@@ -77,10 +75,6 @@ impl fmt::Display for ValueKind {
                 f,
                 "a serial device, usb:VVVV:PPPP[:SERIAL] with hexadecimal digits, or tcp:HOST:PORT"
             ),
-            Self::SerialPort => write!(
-                f,
-                "a serial device, or usb:VVVV:PPPP[:SERIAL] with hexadecimal digits"
-            ),
             Self::OneOf(words) => write!(f, "one of \"{}\"", words.join("\", \"")),
             Self::Sign => write!(f, "1 or -1"),
             Self::Flag => write!(f, "true or false"),
@@ -111,13 +105,13 @@ impl ValueKind {
                 }
             }
             Self::Text => Ok(ConfigValue::Text(text(given)?)),
-            Self::Port | Self::SerialPort => {
+            Self::Port => {
                 let name = text(given)?;
-                let refused = *self == Self::SerialPort && name.starts_with("tcp:");
-                if refused || UsbName::has_prefix(&name) && name.parse::<UsbName>().is_err() {
-                    return Err(format!("{name:?}"));
+                if is_port_name(&name) {
+                    Ok(ConfigValue::Text(name))
+                } else {
+                    Err(format!("{name:?}"))
                 }
-                Ok(ConfigValue::Text(name))
             }
             Self::OneOf(words) => match given.as_str() {
                 Some(text) if words.contains(&text) => Ok(ConfigValue::Text(text.to_owned())),
@@ -148,6 +142,21 @@ impl ValueKind {
             }
         }
     }
+}
+
+/// Whether the name is a path, a whole USB name, or `tcp:` with a host and a port from 1 to 65535.
+fn is_port_name(name: &str) -> bool {
+    if UsbName::has_prefix(name) {
+        return name.parse::<UsbName>().is_ok();
+    }
+    let Some(address) = name.strip_prefix("tcp:") else {
+        return true;
+    };
+    address.rsplit_once(':').is_some_and(|(host, port)| {
+        !host.is_empty()
+            && port.starts_with(|c| ('1'..='9').contains(&c))
+            && port.parse::<u16>().is_ok()
+    })
 }
 
 fn text(given: &DeValue<'_>) -> Result<String, String> {
@@ -182,4 +191,39 @@ fn number(given: &DeValue<'_>) -> Result<f64, String> {
 fn integer(given: &DeValue<'_>) -> Option<i64> {
     let n = given.as_integer()?;
     i64::from_str_radix(n.as_str(), n.radix()).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ValueKind, is_port_name};
+
+    #[test]
+    fn a_port_is_a_path_a_usb_name_or_an_address() {
+        for name in [
+            "/dev/ttyS0",
+            "usb:15d1:0000",
+            "usb:0403:6001:A1B2",
+            "tcp:10.0.0.2:10940",
+            "tcp:serial-server:1",
+            "tcp:[fe80::1]:65535",
+        ] {
+            assert!(is_port_name(name), "{name}");
+        }
+        for name in [
+            "usb:nothing",
+            "usb:15d1:0000:",
+            "tcp:",
+            "tcp:host",
+            "tcp:host:",
+            "tcp::4001",
+            "tcp:host:0",
+            "tcp:host:08",
+            "tcp:host:+8",
+            "tcp:host:65536",
+            "tcp:host:http",
+        ] {
+            assert!(!is_port_name(name), "{name}");
+        }
+        assert!(ValueKind::Port.to_string().ends_with("or tcp:HOST:PORT"));
+    }
 }

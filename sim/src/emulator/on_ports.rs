@@ -1,4 +1,4 @@
-//! The emulated devices on pseudo-terminals (the laser optionally on TCP) in the time of a clock: a thread for each port.
+//! The emulated devices on pseudo-terminals (optionally on TCP) in the time of a clock: a thread for each port.
 
 use super::constants::POLL_INTERVAL;
 use super::emulation::Emulation;
@@ -23,6 +23,8 @@ pub struct EmulatorPorts<'a> {
     pub head: Option<&'a Path>,
     /// Address on which the laser listens, instead of a pseudo-terminal.
     pub laser_tcp: Option<SocketAddr>,
+    /// Address on which the head listens, as behind a serial server, instead of a pseudo-terminal.
+    pub head_tcp: Option<SocketAddr>,
 }
 
 /// How late the emulation was: virtual time between the instant at which output was due and that at which it was sent.
@@ -85,7 +87,10 @@ impl Emulator {
             Some(address) => TcpPort::listen(address)?,
             None => open_terminal(ports.laser)?,
         };
-        let (head, head_port) = open_terminal(ports.head)?;
+        let (head, head_port) = match ports.head_tcp {
+            Some(address) => TcpPort::listen(address)?,
+            None => open_terminal(ports.head)?,
+        };
         let mut emulator = Self {
             shared,
             threads: Vec::new(),

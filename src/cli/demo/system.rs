@@ -62,6 +62,7 @@ impl DemoSystem {
             laser: Some(&laser),
             head: Some(&head),
             laser_tcp: None,
+            head_tcp: None,
         };
         let emulation = Emulation::new(
             EmulationOptions::seeded(seed),
