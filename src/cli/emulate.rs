@@ -60,7 +60,7 @@ pub(super) struct EmulateArgs {
     /// Seed of noise, jitter and corrupted bytes
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Fault: device.kind[:key=value,...] with device laser or ptu, keys at=, for=, count= and those of the kind
+    /// Fault: device.kind[:key=value,...] with device laser or ptu, keys at=, for=, count=, every= and those of the kind
     #[arg(long = "fault", value_name = "SPEC")]
     faults: Vec<String>,
 }

@@ -115,6 +115,10 @@ impl DeviceDriver for HeadDriver {
             HeadCommand::SetSpeed(axis, speed) => self.driver.set_speed(axis, speed, now),
             HeadCommand::MoveTo(axis, target) => self.driver.move_to(axis, target, now),
             HeadCommand::PollPosition(axis) => {
+                if self.polled.is_none() {
+                    // At once, whenever the last one was: a recording that begins here does not know it.
+                    self.next_poll_at = now;
+                }
                 self.polled = axis;
                 Ok(())
             }

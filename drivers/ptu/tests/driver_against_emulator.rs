@@ -34,7 +34,7 @@ impl DriverAndHead {
 
     fn inject(&mut self, fault: &str) {
         let mut spec: HeadFaultSpec = fault.parse().expect("a fault");
-        spec.at = Some(spec.at.unwrap_or_default() + self.now);
+        spec.times = spec.times.counted_from(self.now);
         self.head.inject(spec);
     }
 

@@ -12,5 +12,8 @@ pub(crate) const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Unplug faults that wait for their time; further ones are ignored.
 pub(crate) const MAX_PENDING_UNPLUGS: usize = 64;
 
+/// Time from one unplugging to the next, unless the fault has its own.
+pub(super) const UNPLUG_PERIOD: Duration = Duration::from_secs(1);
+
 /// Shortest time-out that a socket accepts.
 pub(crate) const MIN_SOCKET_TIMEOUT: Duration = Duration::from_micros(1);

@@ -1,6 +1,7 @@
 //! Faults of the emulated devices as text: `device.kind[:key=value,...]`.
 
 use super::plug::UnplugFault;
+use fault_text::FaultTextError;
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -23,15 +24,14 @@ pub enum EmulatedFaultError {
     /// No known device before the first `.`.
     #[error("fault `{0}`: expected laser.KIND or ptu.KIND, KIND for the laser one of {laser}; for the ptu one of {head}", laser = laser_kinds(), head = head_kinds())]
     Device(String),
-    /// Unknown fault of the laser, or a wrong key or value.
-    #[error("laser: {0}")]
-    Laser(#[from] scip::emulator::LaserFaultParseError),
-    /// Unknown fault of the head, or a wrong key or value.
-    #[error("ptu: {0}")]
-    Head(#[from] ptu::emulator::HeadFaultError),
-    /// Wrong key or value of `unplug`.
-    #[error("{0}")]
-    Unplug(String),
+    /// Unknown fault of the device, or a wrong key or value.
+    #[error("{device}: {source}")]
+    Fault {
+        /// `laser` or `ptu`.
+        device: &'static str,
+        /// What is wrong.
+        source: FaultTextError,
+    },
 }
 
 /// The fault of the port and not of the device on it.
@@ -47,22 +47,21 @@ fn head_kinds() -> String {
     kinds.collect::<Vec<_>>().join(", ")
 }
 
-/// The settings of `unplug`; `None` for another fault.
-fn parse_unplug(spec: &str) -> Option<Result<UnplugFault, EmulatedFaultError>> {
-    let (kind, settings) = spec.split_once(':').unwrap_or((spec, ""));
-    (kind.trim() == UNPLUG).then(|| settings.parse().map_err(EmulatedFaultError::Unplug))
+/// Whether it is the fault of a port.
+fn is_unplug(spec: &str) -> bool {
+    let (kind, _) = spec.split_once(':').unwrap_or((spec, ""));
+    kind.trim() == UNPLUG
 }
 
 impl EmulatedFault {
     /// The same with its time counted from `now`.
     pub(super) fn counted_from(mut self, now: Duration) -> Self {
-        match &mut self {
-            Self::Laser(spec) => spec.at = spec.at.saturating_add(now),
-            Self::Head(spec) => spec.at = spec.at.map(|at| at.saturating_add(now)),
-            Self::LaserUnplugged(unplug) | Self::HeadUnplugged(unplug) => {
-                unplug.at = unplug.at.saturating_add(now);
-            }
-        }
+        let times = match &mut self {
+            Self::Laser(spec) => &mut spec.times,
+            Self::Head(spec) => &mut spec.times,
+            Self::LaserUnplugged(unplug) | Self::HeadUnplugged(unplug) => &mut unplug.times,
+        };
+        *times = times.counted_from(now);
         self
     }
 }
@@ -71,15 +70,16 @@ impl FromStr for EmulatedFault {
     type Err = EmulatedFaultError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let of = |device| move |source| EmulatedFaultError::Fault { device, source };
         match text.trim().split_once('.') {
-            Some(("laser", spec)) => match parse_unplug(spec) {
-                Some(unplug) => Ok(Self::LaserUnplugged(unplug?)),
-                None => Ok(Self::Laser(spec.parse()?)),
-            },
-            Some(("ptu", spec)) => match parse_unplug(spec) {
-                Some(unplug) => Ok(Self::HeadUnplugged(unplug?)),
-                None => Ok(Self::Head(spec.parse()?)),
-            },
+            Some(("laser", spec)) if is_unplug(spec) => {
+                spec.parse().map(Self::LaserUnplugged).map_err(of("laser"))
+            }
+            Some(("laser", spec)) => spec.parse().map(Self::Laser).map_err(of("laser")),
+            Some(("ptu", spec)) if is_unplug(spec) => {
+                spec.parse().map(Self::HeadUnplugged).map_err(of("ptu"))
+            }
+            Some(("ptu", spec)) => spec.parse().map(Self::Head).map_err(of("ptu")),
             _ => Err(EmulatedFaultError::Device(text.to_owned())),
         }
     }
@@ -103,16 +103,21 @@ mod tests {
             ("ptu.off", "stuck"),
             ("nothing", "power-cycle"),
             ("ptu.stuck:where=1", "axis"),
-            ("laser.unplug:count=2", "power=kept"),
+            ("laser.unplug:pin=2", "at, for, count, every, as, power"),
+            ("ptu.unplug:power=half", "ptu: fault `unplug`"),
         ] {
             let error = text.parse::<EmulatedFault>().expect_err(text).to_string();
             assert!(error.contains(expected) && !error.contains('\n'), "{error}");
         }
+        // One grammar for all of them.
+        let times = "at=300ms,for=2,count=2,every=1.5s";
         for kind in head_kinds().split(", ") {
-            ok(&format!("ptu.{kind}:at=1"));
+            ok(&format!("ptu.{kind}:{times}"));
+            ok(&format!("ptu.{}:{times}", kind.replace('-', "_")));
         }
         for kind in laser_kinds().split(", ") {
-            ok(&format!("laser.{kind}:at=1"));
+            ok(&format!("laser.{kind}:{times}"));
+            ok(&format!("laser.{}:{times}", kind.replace('-', "_")));
         }
     }
 }

@@ -1,17 +1,16 @@
 //! The plugs of the emulated devices: unplugged at an instant, plugged in later, perhaps under another name. Pure.
 
-use super::constants::MAX_PENDING_UNPLUGS;
+use super::constants::{MAX_PENDING_UNPLUGS, UNPLUG_PERIOD};
+use fault_text::{FaultKeys, FaultTextError, FaultTimes};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
-/// A device unplugged for a time: `unplug[:at=,for=,as=,power=]`.
+/// A device unplugged for a time: `unplug[:as=PATH,power=kept|lost]` and the keys of every fault ([`fault_text`]).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnplugFault {
-    /// Time from the start, or from the instant at which it is injected.
-    pub at: Duration,
-    /// `None`: for ever.
-    pub duration: Option<Duration>,
+    /// When, how long (`None`: for ever), how often (once), the time from one to the next (1 s).
+    pub times: FaultTimes,
     /// The link under which the port returns; `None`: the old one. A terminal is a new node either way.
     pub link: Option<PathBuf>,
     /// The device keeps its power and its state (a hub or an adapter dropped out); else it starts anew.
@@ -19,38 +18,31 @@ pub struct UnplugFault {
 }
 
 impl FromStr for UnplugFault {
-    type Err = String;
+    type Err = FaultTextError;
 
-    /// Reads the settings after `unplug:`.
-    fn from_str(text: &str) -> Result<Self, String> {
-        let mut unplug = Self {
-            at: Duration::ZERO,
-            duration: None,
-            link: None,
-            keeps_power: false,
-        };
-        let seconds = |key: &str, value: &str| {
-            let span = value.parse().ok().map(Duration::try_from_secs_f64);
-            span.and_then(Result::ok).ok_or_else(|| {
-                format!("fault `unplug`: expected {key} to be seconds, got `{value}`")
-            })
-        };
-        for setting in text.split(',').map(str::trim).filter(|s| !s.is_empty()) {
-            match setting.split_once('=') {
-                Some(("at", value)) => unplug.at = seconds("at", value)?,
-                Some(("for", value)) => unplug.duration = Some(seconds("for", value)?),
-                Some(("as", path)) if !path.is_empty() => unplug.link = Some(path.into()),
-                Some(("power", "kept")) => unplug.keeps_power = true,
-                Some(("power", "lost")) => unplug.keeps_power = false,
-                _ => {
-                    return Err(format!(
-                        "fault `unplug`: expected at=, for=, as=PATH, power=kept or power=lost, got `{setting}`"
-                    ));
-                }
-            }
-        }
-        Ok(unplug)
+    fn from_str(text: &str) -> Result<Self, FaultTextError> {
+        let keys = FaultKeys::split(text, &[("unplug", &["as", "power"])])?;
+        Ok(Self {
+            times: keys.times()?,
+            link: keys.get("as", None, "a path", |path| {
+                (!path.is_empty()).then(|| Some(path.into()))
+            })?,
+            keeps_power: keys.get("power", false, "kept or lost", |power| match power {
+                "kept" => Some(true),
+                "lost" => Some(false),
+                _ => None,
+            })?,
+        })
     }
+}
+
+/// One time without the plug.
+#[derive(Debug)]
+struct PendingUnplug {
+    at: Duration,
+    duration: Option<Duration>,
+    link: Option<PathBuf>,
+    keeps_power: bool,
 }
 
 /// A change of a plug.
@@ -63,18 +55,29 @@ pub(super) enum PlugEvent {
 #[derive(Debug, Default)]
 pub(super) struct Plug {
     /// By time.
-    pending: Vec<UnplugFault>,
-    /// The present fault, and when it ends.
-    unplugged: Option<(UnplugFault, Duration)>,
+    pending: Vec<PendingUnplug>,
+    /// The present one, and when it ends.
+    unplugged: Option<(PendingUnplug, Duration)>,
     link: Option<PathBuf>,
 }
 
 impl Plug {
     pub(super) fn add(&mut self, unplug: UnplugFault) {
-        if self.pending.len() < MAX_PENDING_UNPLUGS {
-            self.pending.push(unplug);
-            self.pending.sort_by_key(|unplug| unplug.at);
+        let times = unplug.times;
+        let mut at = times.at.unwrap_or_default();
+        for _ in 0..times.count.unwrap_or(1) {
+            if self.pending.len() >= MAX_PENDING_UNPLUGS {
+                break;
+            }
+            self.pending.push(PendingUnplug {
+                at,
+                duration: times.lasting,
+                link: unplug.link.clone(),
+                keeps_power: unplug.keeps_power,
+            });
+            at = at.saturating_add(times.every.unwrap_or(UNPLUG_PERIOD));
         }
+        self.pending.sort_by_key(|unplug| unplug.at);
     }
 
     pub(super) fn is_plugged_in(&self) -> bool {
@@ -124,12 +127,9 @@ mod tests {
     #[test]
     fn unplugged_plugged_in_and_unplugged_again() {
         let mut plug = Plug::default();
-        plug.add("at=5".parse().expect("valid"));
-        plug.add(
-            "at=1,for=2,as=/dev/other,power=kept"
-                .parse()
-                .expect("valid"),
-        );
+        let mut add = |text: &str| plug.add(text.parse().expect("valid"));
+        add("unplug:at=5");
+        add("unplug:at=1000ms,for=2s,as=/dev/other,power=kept");
         assert_eq!((plug.next_event(), plug.poll_event(S / 2)), (Some(S), None));
         let unplugged = |power_lost| Some(PlugEvent::Unplugged { power_lost });
         assert_eq!(plug.poll_event(S), unplugged(false));
@@ -145,9 +145,34 @@ mod tests {
     }
 
     #[test]
+    fn unplugged_again_and_again() {
+        let mut plug = Plug::default();
+        plug.add(
+            "unplug:at=1,for=500ms,count=3,every=4"
+                .parse()
+                .expect("valid"),
+        );
+        let mut events = Vec::new();
+        while let Some(at) = plug.next_event() {
+            assert!(plug.poll_event(at).is_some());
+            events.push(at.as_millis());
+        }
+        assert_eq!(events, [1000, 1500, 5000, 5500, 9000, 9500]);
+    }
+
+    #[test]
     fn errors_have_one_line() {
-        for text in ["at=-1", "for=x", "as=", "power=half", "count=2", "at"] {
-            let error = text.parse::<UnplugFault>().expect_err(text);
+        for keys in [
+            "at=-1",
+            "for=x",
+            "as=",
+            "power=half",
+            "count=0",
+            "pin=1",
+            "at",
+        ] {
+            let text = format!("unplug:{keys}");
+            let error = text.parse::<UnplugFault>().expect_err(&text).to_string();
             assert!(error.contains("unplug") && !error.contains('\n'), "{error}");
         }
     }

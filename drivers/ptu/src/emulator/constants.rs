@@ -16,6 +16,8 @@ pub(super) const MAX_OUTPUT_BYTES: usize = 65_536;
 pub(super) const MAX_UNSELECTED_BYTES: usize = 100;
 /// Faults that can be scheduled at once; further ones are ignored.
 pub(super) const MAX_FAULTS: usize = 256;
+/// Period of a repeated fault without one of its own.
+pub(super) const FAULT_PERIOD: Duration = Duration::from_secs(1);
 /// Shortest period of a repeated fault.
 pub(super) const MIN_FAULT_PERIOD: Duration = Duration::from_millis(1);
 /// Smallest settable speed, positions/s (ptu-d46 section 5).

@@ -41,7 +41,7 @@ mod wire;
 mod tests;
 
 pub use axis_name::AxisName;
-pub use fault::{HeadFaultError, HeadFaultKind, HeadFaultSpec};
+pub use fault::{HeadFaultKind, HeadFaultSpec};
 pub use option_text::HeadOptionError;
 pub use options::{HeadModel, HeadOptions, HeadStartState, InputDuringReset, LineEnd, Supply};
 pub use state::EmulatedHead;

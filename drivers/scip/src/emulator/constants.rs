@@ -92,6 +92,10 @@ pub(super) const REBOOT_TWICE_WITHIN: Duration = Duration::from_secs(1);
 pub(super) const REBOOT_AFTER: Duration = Duration::from_secs(1);
 
 pub(super) const GARBAGE_BYTES: usize = 48;
+/// Period of a repeated fault without one of its own.
+pub(super) const FAULT_PERIOD: Duration = Duration::from_secs(1);
+/// Shortest period of a repeated fault.
+pub(super) const MIN_FAULT_PERIOD: Duration = Duration::from_millis(1);
 /// Time between bursts.
 pub(super) const GARBAGE_EVERY: Duration = Duration::from_millis(100);
 /// Bytes per burst of a flood or an endless line: 100 ms of the fastest serial rate (scip2 section 2).

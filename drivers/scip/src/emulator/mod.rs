@@ -38,7 +38,7 @@ mod wire;
 mod tests;
 
 pub use emulated_laser::EmulatedLaser;
-pub use fault::{LaserFault, LaserFaultParseError, LaserFaultSpec};
+pub use fault::{LaserFault, LaserFaultSpec};
 pub use option_text::LaserOptionError;
 pub use options::{LaserLink, LaserOptions, LaserStartState};
 pub use output::LaserOutput;

@@ -50,7 +50,7 @@ impl DriverAndEmulator {
 
     pub(crate) fn inject(&mut self, fault: &str) {
         let mut spec: scip::emulator::LaserFaultSpec = fault.parse().expect("a fault");
-        spec.at += self.now;
+        spec.times = spec.times.counted_from(self.now);
         self.laser.inject(spec);
     }
 

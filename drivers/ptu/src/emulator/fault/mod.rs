@@ -4,4 +4,4 @@ mod schedule;
 mod spec;
 
 pub(super) use schedule::{FaultEffect, FaultSchedule};
-pub use spec::{HeadFaultError, HeadFaultKind, HeadFaultSpec};
+pub use spec::{HeadFaultKind, HeadFaultSpec};

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{HeadFaultKind, HeadFaultSpec};
 use crate::emulator::axis_name::AxisName;
-use crate::emulator::constants::{MAX_FAULTS, MIN_FAULT_PERIOD};
+use crate::emulator::constants::{FAULT_PERIOD, MAX_FAULTS, MIN_FAULT_PERIOD};
 
 /// A one-time effect that is due.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,15 +28,44 @@ pub(in crate::emulator) enum FaultEffect {
 
 #[derive(Debug)]
 struct ScheduledFault {
-    spec: HeadFaultSpec,
+    kind: HeadFaultKind,
     /// Next strike of a one-time fault, start of a lasting one.
     at: Duration,
-    /// End of a lasting one.
-    until: Duration,
-    /// Strikes, bytes or calibrations still to be hit.
+    lasting: Option<Duration>,
+    /// Strikes, bytes, calibrations or periods still to come.
     remaining: u32,
+    every: Duration,
     /// Output bytes let through since the last hit.
     skipped: u32,
+    /// No byte or calibration is hit before.
+    not_before: Duration,
+}
+
+impl ScheduledFault {
+    /// End of a lasting one.
+    fn until(&self) -> Duration {
+        self.lasting
+            .map_or(Duration::MAX, |lasting| self.at.saturating_add(lasting))
+    }
+
+    fn is_active(&self, now: Duration) -> bool {
+        self.at <= now && now < self.until() && self.remaining > 0
+    }
+
+    /// At the end of a period of a lasting fault: goes on to the next one, if there is one.
+    fn begin_next_period(&mut self, now: Duration) {
+        while !counts_hits(&self.kind) && self.until() <= now && self.remaining > 1 {
+            self.remaining -= 1;
+            // One period ends before the next begins.
+            self.at = self.at.saturating_add(self.every).max(self.until());
+        }
+    }
+
+    /// Counts a byte or a calibration that was hit.
+    fn hit(&mut self, now: Duration) {
+        self.remaining -= 1;
+        self.not_before = now.saturating_add(self.every);
+    }
 }
 
 /// All faults of one emulated head.
@@ -65,19 +94,36 @@ fn is_one_time(kind: &HeadFaultKind) -> bool {
     )
 }
 
+/// Whether its count is of bytes or calibrations.
+fn counts_hits(kind: &HeadFaultKind) -> bool {
+    matches!(
+        kind,
+        HeadFaultKind::Event {
+            within: Some(_),
+            ..
+        } | HeadFaultKind::LostByte { .. }
+            | HeadFaultKind::GarbageByte { .. }
+            | HeadFaultKind::ResetFails
+    )
+}
+
 impl FaultSchedule {
-    pub(in crate::emulator) fn add(&mut self, mut spec: HeadFaultSpec, now: Duration) {
-        spec.every = spec.every.max(MIN_FAULT_PERIOD);
+    pub(in crate::emulator) fn add(&mut self, spec: HeadFaultSpec, now: Duration) {
+        let HeadFaultSpec { kind, times } = spec;
+        let every = match times.every {
+            Some(every) => every.max(MIN_FAULT_PERIOD),
+            None if counts_hits(&kind) => Duration::ZERO,
+            None => FAULT_PERIOD,
+        };
         if self.faults.len() < MAX_FAULTS {
-            let at = spec.at.unwrap_or(now).max(now);
-            let until = spec.lasting.map_or(Duration::MAX, |d| at.saturating_add(d));
-            let remaining = spec.count;
             self.faults.push(ScheduledFault {
-                spec,
-                at,
-                until,
-                remaining,
+                kind,
+                at: times.start(now),
+                lasting: times.lasting,
+                remaining: times.count.unwrap_or(1),
+                every,
                 skipped: 0,
+                not_before: Duration::ZERO,
             });
         }
     }
@@ -87,10 +133,10 @@ impl FaultSchedule {
         self.faults
             .iter()
             .map(|f| {
-                if is_one_time(&f.spec.kind) || f.at > now {
+                if is_one_time(&f.kind) || f.at > now {
                     f.at
                 } else {
-                    f.until
+                    f.until()
                 }
             })
             .filter(|at| *at != Duration::MAX)
@@ -101,10 +147,14 @@ impl FaultSchedule {
     pub(in crate::emulator) fn take_due(&mut self, now: Duration) -> Vec<FaultEffect> {
         let mut effects = Vec::new();
         for fault in &mut self.faults {
-            if !is_one_time(&fault.spec.kind) || fault.at > now {
+            if !is_one_time(&fault.kind) {
+                fault.begin_next_period(now);
                 continue;
             }
-            match &fault.spec.kind {
+            if fault.at > now {
+                continue;
+            }
+            match &fault.kind {
                 _ if fault.remaining == 0 => {}
                 HeadFaultKind::LostSteps { axes, steps } => {
                     effects.extend(axes.iter().map(|a| FaultEffect::LoseSteps(*a, *steps)))
@@ -114,23 +164,23 @@ impl FaultSchedule {
                 HeadFaultKind::Echo => effects.push(FaultEffect::Echo),
                 HeadFaultKind::Verbose => effects.push(FaultEffect::Verbose),
                 HeadFaultKind::PowerCycle => effects.push(FaultEffect::PowerCycle(
-                    fault.spec.lasting.map_or(now, |_| fault.until),
+                    fault.lasting.map_or(now, |_| fault.until()),
                 )),
                 kind => effects.push(FaultEffect::ForeignCommand(kind.clone())),
             }
             fault.remaining = fault.remaining.saturating_sub(1);
-            fault.at = fault.at.saturating_add(fault.spec.every);
+            fault.at = fault.at.saturating_add(fault.every);
         }
         self.faults
-            .retain(|f| f.remaining > 0 && (is_one_time(&f.spec.kind) || f.until > now));
+            .retain(|f| f.remaining > 0 && (is_one_time(&f.kind) || f.until() > now));
         effects
     }
 
     fn active(&self, now: Duration) -> impl Iterator<Item = &HeadFaultKind> {
         self.faults
             .iter()
-            .filter(move |f| f.at <= now && now < f.until)
-            .map(|f| &f.spec.kind)
+            .filter(move |f| f.is_active(now))
+            .map(|f| &f.kind)
     }
 
     /// What hinders one axis: stalled count, blocked rotor, factor on all speeds.
@@ -179,11 +229,11 @@ impl FaultSchedule {
             let HeadFaultKind::Event {
                 which,
                 within: Some(within),
-            } = fault.spec.kind
+            } = fault.kind
             else {
                 continue;
             };
-            if fault.at > now || now >= fault.until || fault.remaining == 0 {
+            if !fault.is_active(now) || now < fault.not_before {
                 continue;
             }
             if fault.skipped < within {
@@ -192,7 +242,7 @@ impl FaultSchedule {
             }
             // The byte after the event is the first one let through before the next event.
             fault.skipped = 1;
-            fault.remaining -= 1;
+            fault.hit(now);
             return Some([b'!', which as u8]);
         }
         None
@@ -201,15 +251,12 @@ impl FaultSchedule {
     /// Whether the next calibration fails; counts it.
     pub(in crate::emulator) fn take_reset_failure(&mut self, now: Duration) -> bool {
         let failing = |f: &&mut ScheduledFault| {
-            f.spec.kind == HeadFaultKind::ResetFails
-                && f.at <= now
-                && now < f.until
-                && f.remaining > 0
+            f.kind == HeadFaultKind::ResetFails && f.is_active(now) && now >= f.not_before
         };
         let Some(fault) = self.faults.iter_mut().find(failing) else {
             return false;
         };
-        fault.remaining -= 1;
+        fault.hit(now);
         true
     }
 
@@ -239,24 +286,20 @@ impl FaultSchedule {
         rng: &mut ChaCha8Rng,
     ) -> Option<u8> {
         let mut sent = Some(byte);
-        for fault in self
-            .faults
-            .iter_mut()
-            .filter(|f| f.at <= now && now < f.until)
-        {
-            match fault.spec.kind {
+        for fault in self.faults.iter_mut().filter(|f| f.is_active(now)) {
+            match fault.kind {
                 HeadFaultKind::Silence { .. } => return None,
                 HeadFaultKind::WrongBaud => sent = sent.map(|_| rng.random()),
                 HeadFaultKind::LostByte { skip } | HeadFaultKind::GarbageByte { skip }
-                    if fault.remaining > 0 =>
+                    if now >= fault.not_before =>
                 {
                     if fault.skipped < skip {
                         fault.skipped += 1;
                         continue;
                     }
                     fault.skipped = 0;
-                    fault.remaining -= 1;
-                    let lost = matches!(fault.spec.kind, HeadFaultKind::LostByte { .. });
+                    fault.hit(now);
+                    let lost = matches!(fault.kind, HeadFaultKind::LostByte { .. });
                     sent = if lost {
                         None
                     } else {

@@ -1,50 +1,36 @@
 //! Faults of the emulated head as text, and their parsing.
 
-use std::time::Duration;
+use fault_text::{FaultKeys, FaultKind, FaultTextError, FaultTimes};
 
 use crate::emulator::axis_name::AxisName;
 use crate::emulator::constants::{BAUD_RATES, E_SERIES_BAUD_RATES};
 
-/// Every kind, for messages.
-const KINDS: &str = "lost-steps, stuck, slow, overshoot, event, text, echo, verbose, velocity, slaved, limits-off, monitor, moving, unit-id, baud, axis-error, supply, silence, lost-byte, garbage-byte, reset-fails, power-cycle, wrong-baud";
-
-/// A fault text that is not valid.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum HeadFaultError {
-    /// A kind that does not exist.
-    #[error("unknown fault `{0}`; valid kinds: {KINDS}")]
-    UnknownKind(String),
-    /// A key that this kind does not have.
-    #[error("fault `{kind}` has no key `{key}`; valid keys: {valid}")]
-    UnknownKey {
-        /// The fault.
-        kind: String,
-        /// The key.
-        key: String,
-        /// The keys that are valid.
-        valid: String,
-    },
-    /// A value that is not valid for its key.
-    #[error("fault `{kind}`: `{key}={value}` is not {expected}")]
-    BadValue {
-        /// The fault.
-        kind: String,
-        /// The key.
-        key: String,
-        /// The value.
-        value: String,
-        /// What is valid.
-        expected: &'static str,
-    },
-    /// A part without `=`.
-    #[error("fault `{kind}`: expected `key=value`, got `{got}`")]
-    NotAPair {
-        /// The fault.
-        kind: String,
-        /// The part.
-        got: String,
-    },
-}
+/// Every kind with its own keys, in the order of the table at [`HeadFaultSpec`].
+const KINDS: [FaultKind; 23] = [
+    ("lost-steps", &["axis", "steps"]),
+    ("stuck", &["axis", "hidden"]),
+    ("slow", &["axis", "factor"]),
+    ("overshoot", &["axis", "steps"]),
+    ("event", &["which", "within"]),
+    ("text", &["text"]),
+    ("echo", &[]),
+    ("verbose", &[]),
+    ("velocity", &[]),
+    ("slaved", &[]),
+    ("limits-off", &[]),
+    ("monitor", &[]),
+    ("moving", &["pan", "tilt"]),
+    ("unit-id", &["id"]),
+    ("baud", &["rate"]),
+    ("axis-error", &[]),
+    ("supply", &["volts", "degf"]),
+    ("silence", &["deaf"]),
+    ("lost-byte", &["skip"]),
+    ("garbage-byte", &["skip"]),
+    ("reset-fails", &[]),
+    ("power-cycle", &[]),
+    ("wrong-baud", &[]),
+];
 
 /// What goes wrong.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,22 +123,22 @@ pub enum HeadFaultKind {
 }
 
 impl HeadFaultKind {
-    /// Every kind as text, in the order of the table at [`HeadFaultSpec`].
+    /// The names of all kinds.
     pub fn kinds() -> impl Iterator<Item = &'static str> {
-        KINDS.split(", ")
+        KINDS.iter().map(|(kind, _)| *kind)
     }
 }
 
-/// One fault and when it strikes. As text: `kind[:key=value,...]`.
+/// One fault and when it strikes. As text: `kind[:key=value,...]` ([`fault_text`]).
 ///
-/// | kind | keys | what happens |
+/// | kind | own keys | what happens |
 /// |---|---|---|
-/// | `lost-steps` | `axis steps count every` | the rotor jumps by `steps` counts (20), the count stays |
+/// | `lost-steps` | `axis steps` | the rotor jumps by `steps` counts (20), the count stays |
 /// | `stuck` | `axis hidden` | the count stalls; with `hidden=true` the count runs and the rotor is blocked |
 /// | `slow` | `axis factor` | all speeds of the axis times `factor` (0.5) |
 /// | `overshoot` | `axis steps` | the axis runs `steps` counts (20) past each target and comes back |
-/// | `event` | `which count every within` | an unsolicited `!P`, `!T` or `!D` (`which=P`); `within=N` lets N bytes of the next replies pass first, so that it comes in their middle |
-/// | `text` | `text count every` | unsolicited text on a line of its own |
+/// | `event` | `which within` | an unsolicited `!P`, `!T` or `!D` (`which=P`); `within=N` lets N bytes of the next replies pass first, so that it comes in their middle |
+/// | `text` | `text` | unsolicited text on a line of its own |
 /// | `echo` | | echo is on again |
 /// | `verbose` | | verbose replies are back |
 /// | `velocity` `slaved` `limits-off` `monitor` | | as after `CV`, `S`, `LD`, `M` of another program |
@@ -162,54 +148,39 @@ impl HeadFaultKind {
 /// | `axis-error` | | the axes are not calibrated; an E-series unit refuses targets with `! Axis Error` |
 /// | `supply` | `volts degf` | `O` reports these volts (21) and degrees Fahrenheit (150) |
 /// | `silence` | `deaf` | nothing is sent; with `deaf=true` nothing is received either |
-/// | `lost-byte` | `count skip` | the next `count` (1) output bytes are lost, letting `skip` through before each |
-/// | `garbage-byte` | `count skip` | as above, replaced by a random byte |
-/// | `reset-fails` | `count` | the next `count` (1) calibrations fail |
+/// | `lost-byte` | `skip` | the next `count` (1) output bytes are lost, letting `skip` through before each |
+/// | `garbage-byte` | `skip` | as above, replaced by a random byte |
+/// | `reset-fails` | | the next `count` (1) calibrations fail |
 /// | `power-cycle` | | power off and on; `for` is how long it is off |
 /// | `wrong-baud` | | garbage both ways |
 ///
-/// Common keys: `at` (instant of virtual time, s; default now), `for` (s; default for ever). `count` repeats one-time
-/// faults every `every` seconds (1). `axis` is `pan`, `tilt` or `both` (the default).
+/// `axis` is `pan`, `tilt` or `both` (the default). `count` (1) repeats what strikes once, and what lasts `for` a time, every
+/// `every` (1 s); of bytes and calibrations it counts those that are hit, at least `every` (0 s) apart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeadFaultSpec {
     /// What goes wrong.
     pub kind: HeadFaultKind,
-    /// From when on, virtual time; `None`: at once.
-    pub at: Option<Duration>,
-    /// For how long; `None`: for ever (a power cycle: no time).
-    pub lasting: Option<Duration>,
-    /// Number of strikes (one-time faults), bytes or calibrations.
-    pub count: u32,
-    /// Time between the strikes of a one-time fault.
-    pub every: Duration,
+    /// When, how long, how often.
+    pub times: FaultTimes,
 }
 
 impl std::str::FromStr for HeadFaultSpec {
-    type Err = HeadFaultError;
+    type Err = FaultTextError;
 
-    fn from_str(text: &str) -> Result<Self, HeadFaultError> {
-        let (name, rest) = text.trim().split_once(':').unwrap_or((text.trim(), ""));
-        let name = name.trim().replace('_', "-");
-        let own: &[&str] = match name.as_str() {
-            "lost-steps" => &["axis", "steps", "count", "every"],
-            "stuck" => &["axis", "hidden"],
-            "slow" => &["axis", "factor"],
-            "overshoot" => &["axis", "steps"],
-            "event" => &["which", "count", "every", "within"],
-            "moving" => &["pan", "tilt"],
-            "unit-id" => &["id"],
-            "baud" => &["rate"],
-            "supply" => &["volts", "degf"],
-            "text" => &["text", "count", "every"],
-            "silence" => &["deaf"],
-            "lost-byte" | "garbage-byte" => &["count", "skip"],
-            "reset-fails" => &["count"],
-            _ if KINDS.split(", ").any(|kind| kind == name) => &[],
-            _ => return Err(HeadFaultError::UnknownKind(name)),
+    fn from_str(text: &str) -> Result<Self, FaultTextError> {
+        let keys = FaultKeys::split(text, &KINDS)?;
+        let axes = || axes(&keys);
+        let steps = |key| {
+            keys.get(key, 0, "a whole number of 16 bits", |v| {
+                v.parse::<i16>().ok().map(i32::from)
+            })
         };
-        let keys = FaultKeys::read(&name, rest, own)?;
-        let axes = || keys.axes();
-        let kind = match name.as_str() {
+        let number = |key, default| {
+            keys.get(key, default, "a number from 0 to 1000", |v| {
+                v.parse().ok().filter(|n| (0.0..=1000.0).contains(n))
+            })
+        };
+        let kind = match keys.kind() {
             "lost-steps" => HeadFaultKind::LostSteps {
                 axes: axes()?,
                 steps: keys.get("steps", 20, "a whole number", |v| {
@@ -250,7 +221,7 @@ impl std::str::FromStr for HeadFaultSpec {
             "slaved" => HeadFaultKind::Slaved,
             "limits-off" => HeadFaultKind::LimitsOff,
             "monitor" => HeadFaultKind::Monitor,
-            "moving" => HeadFaultKind::Moving([keys.steps("pan")?, keys.steps("tilt")?]),
+            "moving" => HeadFaultKind::Moving([steps("pan")?, steps("tilt")?]),
             "unit-id" => {
                 HeadFaultKind::UnitId(keys.get("id", 5, "a whole number from 1 to 127", |v| {
                     v.parse().ok().filter(|id| (1..=127).contains(id))
@@ -262,8 +233,8 @@ impl std::str::FromStr for HeadFaultSpec {
             })?),
             "axis-error" => HeadFaultKind::AxisError,
             "supply" => HeadFaultKind::Supply {
-                volts: keys.number("volts", 21.0)?,
-                degf: keys.number("degf", 150.0)?,
+                volts: number("volts", 21.0)?,
+                degf: number("degf", 150.0)?,
             },
             "silence" => HeadFaultKind::Silence {
                 deaf: keys.flag("deaf")?,
@@ -280,120 +251,25 @@ impl std::str::FromStr for HeadFaultSpec {
         };
         Ok(Self {
             kind,
-            at: keys.time("at")?,
-            lasting: keys.time("for")?,
-            count: keys.whole("count", 1)?,
-            every: keys
-                .time("every")?
-                .unwrap_or(Duration::from_secs(1))
-                .max(Duration::from_millis(1)),
+            times: keys.times()?,
         })
     }
 }
 
-/// The `key=value` part of a fault text.
-struct FaultKeys<'a> {
-    kind: &'a str,
-    pairs: Vec<(&'a str, &'a str)>,
-}
-
-impl<'a> FaultKeys<'a> {
-    fn read(kind: &'a str, text: &'a str, own: &[&str]) -> Result<Self, HeadFaultError> {
-        let mut pairs = Vec::new();
-        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            let (key, value) = part
-                .split_once('=')
-                .ok_or_else(|| HeadFaultError::NotAPair {
-                    kind: kind.to_owned(),
-                    got: part.to_owned(),
-                })?;
-            let (key, value) = (key.trim(), value.trim());
-            if !matches!(key, "at" | "for") && !own.contains(&key) {
-                let valid = ["at", "for"]
-                    .iter()
-                    .chain(own)
-                    .copied()
-                    .collect::<Vec<_>>()
-                    .join(", ");
-                return Err(HeadFaultError::UnknownKey {
-                    kind: kind.to_owned(),
-                    key: key.to_owned(),
-                    valid,
-                });
-            }
-            pairs.push((key, value));
-        }
-        Ok(Self { kind, pairs })
-    }
-
-    fn get<T>(
-        &self,
-        key: &str,
-        default: T,
-        expected: &'static str,
-        read: impl Fn(&str) -> Option<T>,
-    ) -> Result<T, HeadFaultError> {
-        let Some((_, value)) = self.pairs.iter().rev().find(|(k, _)| *k == key) else {
-            return Ok(default);
-        };
-        read(value).ok_or_else(|| HeadFaultError::BadValue {
-            kind: self.kind.to_owned(),
-            key: key.to_owned(),
-            value: (*value).to_owned(),
-            expected,
-        })
-    }
-
-    fn axes(&self) -> Result<Vec<AxisName>, HeadFaultError> {
-        self.get(
-            "axis",
-            AxisName::BOTH.to_vec(),
-            "pan, tilt or both",
-            |v| match v {
-                "pan" => Some(vec![AxisName::Pan]),
-                "tilt" => Some(vec![AxisName::Tilt]),
-                "both" => Some(AxisName::BOTH.to_vec()),
-                _ => None,
-            },
-        )
-    }
-
-    /// A position, counts; 0 by default.
-    fn steps(&self, key: &str) -> Result<i32, HeadFaultError> {
-        self.get(key, 0, "a whole number of 16 bits", |v| {
-            v.parse::<i16>().ok().map(i32::from)
-        })
-    }
-
-    fn number(&self, key: &str, default: f64) -> Result<f64, HeadFaultError> {
-        self.get(key, default, "a number from 0 to 1000", |v| {
-            v.parse().ok().filter(|n| (0.0..=1000.0).contains(n))
-        })
-    }
-
-    fn flag(&self, key: &str) -> Result<bool, HeadFaultError> {
-        self.get(key, false, "true or false", |v| v.parse().ok())
-    }
-
-    fn whole(&self, key: &str, default: u32) -> Result<u32, HeadFaultError> {
-        self.get(key, default, "a whole number from 0", |v| v.parse().ok())
-    }
-
-    fn time(&self, key: &str) -> Result<Option<Duration>, HeadFaultError> {
-        self.get(key, None, "a time such as 2.5, 2.5s or 300ms", |v| {
-            let (digits, scale) = match v.strip_suffix("ms") {
-                Some(ms) => (ms, 1e-3),
-                None => (v.strip_suffix('s').unwrap_or(v), 1.0),
-            };
-            let seconds = digits.parse::<f64>().ok()? * scale;
-            Duration::try_from_secs_f64(seconds).ok().map(Some)
-        })
-    }
+fn axes(keys: &FaultKeys<'_>) -> Result<Vec<AxisName>, FaultTextError> {
+    let both = AxisName::BOTH.to_vec();
+    keys.get("axis", both, "pan, tilt or both", |v| match v {
+        "pan" => Some(vec![AxisName::Pan]),
+        "tilt" => Some(vec![AxisName::Tilt]),
+        "both" => Some(AxisName::BOTH.to_vec()),
+        _ => None,
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::Duration;
 
     #[test]
     fn every_documented_form_is_parsed() {
@@ -407,14 +283,16 @@ mod tests {
                 steps: -7
             }
         );
-        assert_eq!(
-            (fault.at, fault.count),
-            (Some(Duration::from_millis(2500)), 3)
-        );
-        assert_eq!(fault.every, Duration::from_millis(200));
-        for kind in KINDS.split(", ") {
+        let times = FaultTimes {
+            at: Some(Duration::from_millis(2500)),
+            lasting: None,
+            count: Some(3),
+            every: Some(Duration::from_millis(200)),
+        };
+        assert_eq!(fault.times, times);
+        for (kind, _) in KINDS {
             assert!(
-                format!("{kind}:at=1,for=2s")
+                format!("{kind}:at=300ms,for=2s,count=2,every=5")
                     .parse::<HeadFaultSpec>()
                     .is_ok(),
                 "{kind}"
@@ -429,11 +307,11 @@ mod tests {
         assert!(error("melt").contains("lost-steps, stuck") && error("melt").contains("`melt`"));
         assert_eq!(
             error("stuck:steps=2"),
-            "fault `stuck` has no key `steps`; valid keys: at, for, axis, hidden"
+            "fault `stuck` has no key `steps`; valid keys: at, for, count, every, axis, hidden"
         );
         assert!(error("slow:factor=7").contains("at most 1"));
         assert!(error("silence:for=-1").contains("a time such as"));
-        assert!(error("slow:factor=nan").contains("is not a number"));
+        assert!(error("slow:factor=nan").contains("to be a number"));
         assert!(error("event:count").contains("expected `key=value`"));
     }
 }

@@ -4,4 +4,4 @@ mod schedule;
 mod spec;
 
 pub(super) use schedule::LaserFaultSchedule;
-pub use spec::{LaserFault, LaserFaultParseError, LaserFaultSpec};
+pub use spec::{LaserFault, LaserFaultSpec};

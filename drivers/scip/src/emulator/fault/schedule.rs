@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::{LaserFault, LaserFaultSpec};
 use crate::emulator::constants::{
-    CODE_COVERED, GARBAGE_EVERY, MAX_FAULTS, VERIFY_STATUS, VERIFY_TIME,
+    CODE_COVERED, MAX_FAULTS, MIN_FAULT_PERIOD, VERIFY_STATUS, VERIFY_TIME,
 };
 use crate::emulator::rng::JitterRng;
 
@@ -16,15 +16,14 @@ struct ScheduledLaserFault {
     duration: Option<Duration>,
     /// `None`: without end.
     count_left: Option<u32>,
+    every: Duration,
+    /// Not again before.
+    not_before: Duration,
 }
 
 impl ScheduledLaserFault {
     fn until(&self) -> Option<Duration> {
-        // For these `duration` is that of the effect, not of the time in which it may begin.
-        if matches!(
-            self.fault,
-            LaserFault::Verify { .. } | LaserFault::Hardware { .. }
-        ) {
+        if self.fault.is_effect_lasting() {
             return None;
         }
         self.duration
@@ -32,7 +31,9 @@ impl ScheduledLaserFault {
     }
 
     fn is_active(&self, t: Duration) -> bool {
-        t >= self.at && self.count_left != Some(0) && self.until().is_none_or(|until| t < until)
+        t >= self.at.max(self.not_before)
+            && self.count_left != Some(0)
+            && self.until().is_none_or(|until| t < until)
     }
 
     fn is_over(&self, t: Duration) -> bool {
@@ -52,26 +53,19 @@ impl LaserFaultSchedule {
         if self.faults.len() >= MAX_FAULTS {
             self.faults.remove(0);
         }
-        let LaserFaultSpec {
-            fault,
-            at,
-            duration,
-            count,
-        } = spec;
-        let effect_lasts = matches!(
-            fault,
-            LaserFault::Verify { .. } | LaserFault::Hardware { .. }
-        );
-        let count_left = if duration.is_some() && !effect_lasts {
-            count
-        } else {
-            count.or(fault.default_count())
-        };
+        let LaserFaultSpec { fault, times } = spec;
+        let is_single = fault.is_event() && !fault.comes_in_bursts();
+        let endless = times.lasting.is_some() && !fault.is_effect_lasting() && !is_single;
+        let default_count = if endless { None } else { fault.default_count() };
         self.faults.push(ScheduledLaserFault {
             fault,
-            at: at.max(now),
-            duration,
-            count_left,
+            at: times.start(now),
+            duration: times.lasting,
+            count_left: times.count.or(default_count),
+            every: times
+                .every
+                .map_or(fault.default_period(), |every| every.max(MIN_FAULT_PERIOD)),
+            not_before: Duration::ZERO,
         });
     }
 
@@ -90,6 +84,7 @@ impl LaserFaultSchedule {
             discriminant(&scheduled.fault) == discriminant(&kind) && scheduled.is_active(t)
         })?;
         scheduled.count_left = scheduled.count_left.map(|left| left.saturating_sub(1));
+        scheduled.not_before = t.saturating_add(scheduled.every);
         Some(scheduled.clone())
     }
 
@@ -137,13 +132,11 @@ impl LaserFaultSchedule {
             scheduled.fault.is_event() && scheduled.at == at && !scheduled.is_over(at)
         })?;
         let happened = (scheduled.fault, scheduled.duration);
-        if scheduled.fault.comes_in_bursts() {
-            let until = scheduled.until();
-            scheduled.count_left = scheduled.count_left.map(|left| left.saturating_sub(1));
-            scheduled.at += GARBAGE_EVERY;
-            scheduled.duration = until.map(|until| until.saturating_sub(scheduled.at));
-        } else {
-            scheduled.count_left = Some(0);
+        let until = scheduled.until();
+        scheduled.count_left = scheduled.count_left.map(|left| left.saturating_sub(1));
+        scheduled.at = scheduled.at.saturating_add(scheduled.every);
+        if let Some(until) = until {
+            scheduled.duration = Some(until.saturating_sub(scheduled.at));
         }
         self.faults
             .retain(|scheduled| !scheduled.is_over(scheduled.at));
@@ -217,32 +210,52 @@ mod tests {
 
     const S: Duration = Duration::from_secs(1);
 
+    fn spec(text: &str) -> LaserFaultSpec {
+        text.parse().expect("a fault")
+    }
+
+    /// The instants of what is due by itself, ms.
+    fn instants(schedule: &mut LaserFaultSchedule) -> Vec<u128> {
+        let mut all = Vec::new();
+        while let Some(at) = schedule.next_event() {
+            assert!(schedule.take_due(at).is_some());
+            all.push(at.as_millis());
+        }
+        all
+    }
+
+    #[test]
+    fn every_parts_what_happens_again() {
+        let mut schedule = LaserFaultSchedule::default();
+        for (text, expected) in [
+            ("garbage:count=3,every=2s", &[0, 2000, 4000][..]),
+            ("garbage:for=1,every=400ms", &[0, 400, 800]),
+            ("brown-out:at=1,count=2", &[1000, 2000]),
+            ("timer-jump:count=2,every=0.25", &[0, 250]),
+            ("hardware:for=9,count=2", &[0, 1000]),
+            ("brown-out:at=500ms", &[500]),
+            ("left-streaming:for=9", &[0]),
+        ] {
+            schedule.inject(spec(text), Duration::ZERO);
+            assert_eq!(instants(&mut schedule), expected, "{text}");
+        }
+        schedule.inject(spec("bad-sum:count=2,every=1"), Duration::ZERO);
+        let struck: Vec<bool> = [0, 1, 3, 4, 5, 9]
+            .map(|quarter| schedule.happens(LaserFault::BadSum, S * quarter / 4))
+            .into();
+        assert_eq!(struck, [true, false, false, true, false, false]);
+    }
+
     #[test]
     fn count_and_duration() {
         let mut schedule = LaserFaultSchedule::default();
-        schedule.inject(
-            LaserFaultSpec {
-                at: S,
-                count: Some(2),
-                duration: None,
-                fault: LaserFault::BadSum,
-            },
-            Duration::ZERO,
-        );
+        schedule.inject(spec("bad-sum:at=1,count=2"), Duration::ZERO);
         assert!(!schedule.happens(LaserFault::BadSum, S / 2));
         assert!(
             schedule.happens(LaserFault::BadSum, S) && schedule.happens(LaserFault::BadSum, 9 * S)
         );
         assert!(!schedule.happens(LaserFault::BadSum, 9 * S));
-        schedule.inject(
-            LaserFaultSpec {
-                at: S,
-                count: None,
-                duration: Some(S),
-                fault: LaserFault::Silence,
-            },
-            10 * S,
-        );
+        schedule.inject(spec("silence:at=1,for=1"), 10 * S);
         assert!(
             schedule.happens(LaserFault::Silence, 10 * S)
                 && schedule.happens(LaserFault::Silence, 10 * S + S / 2)
@@ -253,15 +266,7 @@ mod tests {
     #[test]
     fn garbage_comes_in_bursts() {
         let mut schedule = LaserFaultSchedule::default();
-        schedule.inject(
-            LaserFaultSpec {
-                at: S,
-                count: Some(3),
-                duration: None,
-                fault: LaserFault::Garbage,
-            },
-            Duration::ZERO,
-        );
+        schedule.inject(spec("garbage:at=1,count=3"), Duration::ZERO);
         let mut bursts = Vec::new();
         while let Some(at) = schedule.next_event() {
             assert!(schedule.take_due(at).is_some());

@@ -1,10 +1,13 @@
-//! The faults and their text form `kind[:key=value,...]`.
+//! The faults and their names.
 
 use std::str::FromStr;
 use std::time::Duration;
 
+use fault_text::{FaultKeys, FaultKind, FaultTextError, FaultTimes, parse_seconds};
+
 use crate::emulator::constants::{
-    HARDWARE_STATUS, TIMER_JUMP_MS, TIMER_MASK, TIMER_NEAR_WRAP_MS, VERIFY_STATUS,
+    FAULT_PERIOD, GARBAGE_EVERY, HARDWARE_STATUS, TIMER_JUMP_MS, TIMER_MASK, TIMER_NEAR_WRAP_MS,
+    VERIFY_STATUS,
 };
 
 /// A fault of laser or line (scip2 sections 13 and 15).
@@ -68,12 +71,12 @@ pub enum LaserFault {
     HalfCovered,
     /// `timer-jump`: the timer jumps.
     TimerJump {
-        /// Milliseconds; key `by` in seconds, 5 s by default.
+        /// Milliseconds; key `by`, 5 s by default.
         by_ms: i32,
     },
     /// `timer-set`: the timer is set.
     TimerSet {
-        /// Milliseconds of 24 bits; key `to` in seconds, 5 s before the wrap by default.
+        /// Milliseconds of 24 bits; key `to`, 5 s before the wrap by default.
         to_ms: u32,
     },
 }
@@ -169,6 +172,22 @@ impl LaserFault {
         }
     }
 
+    /// Whether `for` is the time of its effect, not that in which it may begin.
+    pub(super) fn is_effect_lasting(self) -> bool {
+        matches!(self, Self::Verify { .. } | Self::Hardware { .. })
+    }
+
+    /// Least time between two, unless `every` is given.
+    pub(super) fn default_period(self) -> Duration {
+        if self.comes_in_bursts() {
+            GARBAGE_EVERY
+        } else if self.is_event() {
+            FAULT_PERIOD
+        } else {
+            Duration::ZERO
+        }
+    }
+
     /// Whether a power cycle cures it if it is unlimited.
     pub(super) fn is_cured_by_power(self) -> bool {
         matches!(
@@ -182,140 +201,91 @@ impl LaserFault {
     }
 }
 
-/// A fault with its schedule: `kind[:key=value,...]` as text, for example `silence:at=12.5,for=3` or `bad-sum:count=4`.
+/// A fault with its schedule. As text: `kind[:key=value,...]` ([`fault_text`]), for example `silence:at=12.5,for=3s`.
 ///
-/// Keys: `at` and `for` in seconds, `count`; `status` (of `verify` and `hardware`); `by` (of `timer-jump`, seconds); `to`
-/// (of `timer-set`, seconds).
+/// `count` is how often it happens, `every` the least time between two: 0 s of replies and scans, 100 ms of bursts, 1 s of
+/// the others. Own keys: `status` (of `verify` and `hardware`); `by` (of `timer-jump`), `to` (of `timer-set`), times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LaserFaultSpec {
     /// The kind, with its own keys.
     pub fault: LaserFault,
-    /// Start; an instant that has passed means at once.
-    pub at: Duration,
-    /// Key `for`: how long it may happen; `None` is without end.
-    pub duration: Option<Duration>,
-    /// How often it happens. `None`: without end if `duration` is given, else the default of its kind.
-    pub count: Option<u32>,
+    /// When; without a count: without end if `lasting` is given, else the default of its kind.
+    pub times: FaultTimes,
 }
 
 impl From<LaserFault> for LaserFaultSpec {
     fn from(fault: LaserFault) -> Self {
         Self {
             fault,
-            at: Duration::ZERO,
-            duration: None,
-            count: None,
+            times: FaultTimes::default(),
         }
     }
-}
-
-/// A text that is no [`LaserFaultSpec`].
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[allow(missing_docs, reason = "each message shows what its fields are")]
-pub enum LaserFaultParseError {
-    #[error("expected a fault ({}), got `{got}`", LaserFault::kinds().collect::<Vec<_>>().join(", "))]
-    Kind { got: String },
-    #[error("fault `{kind}`: expected at=, for=, count={extra}, got `{got}`")]
-    Key {
-        kind: String,
-        extra: &'static str,
-        got: String,
-    },
-    #[error("fault `{kind}`: expected {key} to be {expected}, got `{got}`")]
-    Value {
-        kind: String,
-        key: &'static str,
-        expected: &'static str,
-        got: String,
-    },
 }
 
 impl FromStr for LaserFaultSpec {
-    type Err = LaserFaultParseError;
+    type Err = FaultTextError;
 
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let (kind, settings) = text.split_once(':').unwrap_or((text, ""));
-        let kind = kind.trim();
+    fn from_str(text: &str) -> Result<Self, FaultTextError> {
+        let kinds = KINDS.map(|(name, fault)| -> FaultKind { (name, fault.own_keys()) });
+        let keys = FaultKeys::split(text, &kinds)?;
         let fault = KINDS
             .iter()
-            .find(|(name, _)| *name == kind)
-            .map(|(_, fault)| *fault);
-        let mut spec = Self::from(fault.ok_or_else(|| LaserFaultParseError::Kind {
-            got: kind.to_owned(),
-        })?);
-        for setting in settings
-            .split(',')
-            .map(str::trim)
-            .filter(|setting| !setting.is_empty())
-        {
-            let (key, got) = setting.split_once('=').unwrap_or((setting, ""));
-            spec.set(kind, key.trim(), got.trim())?;
-        }
-        Ok(spec)
+            .find(|(name, _)| *name == keys.kind())
+            .map_or(LaserFault::BadSum, |(_, fault)| *fault);
+        Ok(Self {
+            fault: fault.with_own_keys(&keys)?,
+            times: keys.times()?,
+        })
     }
 }
 
-impl LaserFaultSpec {
-    fn set(&mut self, kind: &str, key: &str, got: &str) -> Result<(), LaserFaultParseError> {
-        let wrong = |key, expected| LaserFaultParseError::Value {
-            kind: kind.to_owned(),
-            key,
-            expected,
-            got: got.to_owned(),
+impl LaserFault {
+    /// The keys that only this kind has.
+    fn own_keys(self) -> &'static [&'static str] {
+        match self {
+            Self::Verify { .. } | Self::Hardware { .. } => &["status"],
+            Self::TimerJump { .. } => &["by"],
+            Self::TimerSet { .. } => &["to"],
+            _ => &[],
+        }
+    }
+
+    fn with_own_keys(self, keys: &FaultKeys<'_>) -> Result<Self, FaultTextError> {
+        let status = |default, low: u8, high: u8, expected| {
+            keys.get("status", default, expected, |value| {
+                let status = value.parse().ok();
+                status.filter(|status| (low..=high).contains(status))
+            })
         };
-        let status = |low: u8, high: u8, expected| {
-            let status = got
-                .parse::<u8>()
-                .ok()
-                .filter(|status| (low..=high).contains(status));
-            status.ok_or_else(|| wrong("status", expected))
-        };
-        match (key, &mut self.fault) {
-            ("at", _) => self.at = seconds(got).ok_or_else(|| wrong("at", "seconds, 0 or more"))?,
-            ("for", _) => {
-                self.duration =
-                    Some(seconds(got).ok_or_else(|| wrong("for", "seconds, 0 or more"))?)
-            }
-            ("count", _) => {
-                let count = got.parse::<u32>().ok().filter(|count| *count > 0);
-                self.count = Some(count.ok_or_else(|| wrong("count", "a whole number above 0"))?);
-            }
-            ("status", LaserFault::Verify { status: code }) => *code = status(21, 49, "21 to 49")?,
-            ("status", LaserFault::Hardware { status: code }) => {
-                *code = status(50, 97, "50 to 97")?
-            }
-            ("by", LaserFault::TimerJump { by_ms }) => {
+        Ok(match self {
+            Self::Verify { status: code } => Self::Verify {
+                status: status(code, 21, 49, "21 to 49")?,
+            },
+            Self::Hardware { status: code } => Self::Hardware {
+                status: status(code, 50, 97, "50 to 97")?,
+            },
+            Self::TimerJump { by_ms } => Self::TimerJump {
                 // Half of the 24 bits either way: more would be a jump in the other direction.
-                let by = got.parse::<f64>().ok().filter(|by| by.abs() <= 8388.0);
-                *by_ms = (by.ok_or_else(|| wrong("by", "seconds between -8388 and 8388"))? * 1e3)
-                    .round() as i32;
-            }
-            ("to", LaserFault::TimerSet { to_ms }) => {
-                let to = got.parse::<f64>().ok();
-                let to = to.filter(|to| (0.0..16_777.216).contains(to));
-                let to = to.ok_or_else(|| wrong("to", "seconds from 0 and below 16777.216"))?;
-                *to_ms = ((to * 1e3).round() as u32).min(TIMER_MASK);
-            }
-            (_, fault) => {
-                let extra = match fault {
-                    LaserFault::Verify { .. } | LaserFault::Hardware { .. } => ", status=",
-                    LaserFault::TimerJump { .. } => ", by=",
-                    LaserFault::TimerSet { .. } => ", to=",
-                    _ => "",
-                };
-                return Err(LaserFaultParseError::Key {
-                    kind: kind.to_owned(),
-                    extra,
-                    got: key.to_owned(),
-                });
-            }
-        }
-        Ok(())
+                by_ms: keys.get("by", by_ms, "a time between -8388 s and 8388 s", |value| {
+                    let by = parse_seconds(value).filter(|by| by.abs() <= 8388.0)?;
+                    Some((by * 1e3).round() as i32)
+                })?,
+            },
+            Self::TimerSet { to_ms } => Self::TimerSet {
+                to_ms: keys.get(
+                    "to",
+                    to_ms,
+                    "a time from 0 and below 16777.216 s",
+                    |value| {
+                        let to =
+                            parse_seconds(value).filter(|to| (0.0..16_777.216).contains(to))?;
+                        Some(((to * 1e3).round() as u32).min(TIMER_MASK))
+                    },
+                )?,
+            },
+            other => other,
+        })
     }
-}
-
-fn seconds(text: &str) -> Option<Duration> {
-    Duration::try_from_secs_f64(text.parse().ok()?).ok()
 }
 
 #[cfg(test)]
@@ -329,30 +299,43 @@ mod tests {
             Ok(LaserFaultSpec::from(LaserFault::BadSum))
         );
         assert_eq!(
-            "silence:at=12.5, for=3".parse(),
+            "silence:at=300ms, for=3s,every=2".parse(),
             Ok(LaserFaultSpec {
                 fault: LaserFault::Silence,
-                at: Duration::from_millis(12_500),
-                duration: Some(Duration::from_secs(3)),
-                count: None,
+                times: FaultTimes {
+                    at: Some(Duration::from_millis(300)),
+                    lasting: Some(Duration::from_secs(3)),
+                    count: None,
+                    every: Some(Duration::from_secs(2)),
+                },
             })
         );
         assert_eq!(
             "verify:status=49,count=2".parse(),
             Ok(LaserFaultSpec {
-                count: Some(2),
-                ..LaserFault::Verify { status: 49 }.into()
+                fault: LaserFault::Verify { status: 49 },
+                times: FaultTimes {
+                    count: Some(2),
+                    ..FaultTimes::default()
+                },
             })
         );
-        assert_eq!(
-            "timer-set:to=16777".parse(),
-            Ok(LaserFaultSpec::from(LaserFault::TimerSet {
-                to_ms: 16_777_000
-            }))
-        );
+        for (text, to_ms) in [
+            ("timer-set:to=16777", 16_777_000),
+            ("timer-set:to=250ms", 250),
+        ] {
+            let set = LaserFault::TimerSet { to_ms };
+            assert_eq!(text.parse(), Ok(LaserFaultSpec::from(set)));
+        }
         assert_eq!(
             "timer-jump:by=-1.5".parse(),
             Ok(LaserFaultSpec::from(LaserFault::TimerJump { by_ms: -1500 }))
+        );
+        assert_eq!(
+            "hardware".parse(),
+            Ok(LaserFaultSpec::from(LaserFault::Hardware {
+                status: HARDWARE_STATUS
+            }))
         );
     }
 
@@ -374,17 +357,18 @@ mod tests {
         assert!(error("smoke").ends_with("got `smoke`"));
         assert_eq!(
             error("bad-sum:status=3"),
-            "fault `bad-sum`: expected at=, for=, count=, got `status`"
+            "fault `bad-sum` has no key `status`; valid keys: at, for, count, every"
         );
         assert_eq!(
             error("hardware:status=20"),
             "fault `hardware`: expected status to be 50 to 97, got `20`"
         );
-        assert!(error("silence:for=-1").contains("seconds, 0 or more"));
-        assert!(error("silence:at=nan").contains("seconds"));
+        assert!(error("silence:for=-1").contains("a time such as"));
+        assert!(error("silence:at=nan").contains("a time such as"));
         assert!(error("silence:count=0").contains("above 0"));
         assert!(error("timer-set:to=16777.216").contains("below 16777.216"));
-        assert!(error("timer-set:by=1").contains("to="));
+        assert!(error("timer-set:by=1").ends_with("every, to"));
+        assert!(error("timer-set:to=-1ms").contains("from 0"));
         assert!(error("timer-jump:by=1e9").contains("-8388"));
     }
 }
