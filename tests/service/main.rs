@@ -16,6 +16,7 @@ mod storage;
 #[path = "../harness/stored_mixture.rs"]
 mod stored_mixture;
 mod teaching;
+mod wall_time;
 
 use harness::{ScriptedScanner, ScriptedSweep, TestService, configure, parts, points};
 use patrold::service::replies::VisitReply;

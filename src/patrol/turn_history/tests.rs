@@ -93,7 +93,7 @@ fn a_loss_of_three_standard_deviations_is_found_within_three_visits() {
             found += usize::from(at_once);
         }
         let per_visit = for_nothing as f64 / (200 * 30 * waypoints) as f64;
-        println!(
+        eprintln!(
             "sd {sd_deg} deg, {waypoints} waypoints: {found} of 200 found, {per_visit:.4} of visits homed for nothing"
         );
         assert!(found >= 190, "sd {sd_deg}, {waypoints}: {found}");

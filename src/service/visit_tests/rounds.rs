@@ -127,7 +127,7 @@ fn check(rounds: usize, seeds: std::ops::Range<u64>) {
     for seed in seeds {
         run_rounds(rounds, seed, &mut figures);
     }
-    println!("{figures:#?}");
+    eprintln!("{figures:#?}");
     assert!(50 * figures.extra_sweeps <= figures.visits, "more than 2 %");
     assert!(figures.differing.is_empty());
 }
