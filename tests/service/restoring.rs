@@ -132,7 +132,7 @@ fn a_restore_that_fails_leaves_the_store_as_it_was_and_says_so() {
         assert_eq!((alarms(&service), visits(&service)), (1, 2));
     }
     let relative = service.request("POST", "/restore", r#"{"dir": "backup"}"#);
-    assert_eq!(relative.status, 422, "{}", relative.error());
+    assert_eq!(relative.status, 400, "{}", relative.error());
     assert_eq!(
         service.visit(AFTER)["alarm"]["raised"],
         false,
@@ -160,8 +160,8 @@ fn an_acknowledgement_goes_through_the_service_and_else_to_the_database() {
     );
     for (body, status) in [
         (json!({"id": 99, "answer": "confirmed"}), 404),
-        (json!({"id": 1, "answer": "maybe"}), 422),
-        (json!({"id": "1"}), 422),
+        (json!({"id": 1, "answer": "maybe"}), 400),
+        (json!({"id": "1"}), 400),
     ] {
         let answer = service.request("POST", "/ack", &body.to_string());
         assert_eq!(answer.status, status, "{body}: {}", answer.error());

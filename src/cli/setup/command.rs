@@ -18,6 +18,9 @@ use std::path::{Path, PathBuf};
 /// The file that names the devices; those of the site come later and win.
 const DROP_IN: &str = "10-devices.toml";
 
+/// Where a person puts what is right of the proposals: this command does not write it.
+const MOUNT_FILE: &str = "20-mount.toml";
+
 #[derive(Debug, Args)]
 pub(crate) struct SetupArgs {
     /// Folder of the pictures, patrold-above.svg and patrold-side.svg
@@ -160,8 +163,8 @@ fn result_lines(
         )),
     }
     lines.push(format!(
-        "next: add the lines that are right to {}, start the service, then patrold teach NAME",
-        drop_in.display()
+        "next: write the lines that are right to {}, start the service, then patrold teach NAME",
+        drop_in.with_file_name(MOUNT_FILE).display()
     ));
     lines
 }
