@@ -135,3 +135,46 @@ impl Incident {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{AlarmState, Relation};
+
+    #[test]
+    fn every_text_is_read_back_and_no_other() {
+        let relations = ["raised", "seen", "moved", "changed", "gone", "back"];
+        for text in relations {
+            assert_eq!(text.parse().map(Relation::as_str), Ok(text));
+        }
+        let states = ["open", "acknowledged", "cleared"];
+        for text in states {
+            assert_eq!(text.parse().map(AlarmState::as_str), Ok(text));
+        }
+        for text in ["", "Raised", "opened"] {
+            let relation = text.parse::<Relation>().expect_err(text);
+            let state = text.parse::<AlarmState>().expect_err(text);
+            assert!(relation.contains(text) && state.contains(text));
+        }
+    }
+
+    #[test]
+    fn what_is_moved_or_back_is_open_again_and_what_is_gone_is_cleared() {
+        use AlarmState::{Acknowledged, Cleared, Open};
+        for (relation, of_open, of_acknowledged, sets_anchor) in [
+            (Relation::Raised, Open, Open, true),
+            (Relation::Seen, Open, Acknowledged, false),
+            (Relation::Moved, Open, Open, true),
+            (Relation::Changed, Open, Acknowledged, true),
+            (Relation::Gone, Cleared, Cleared, false),
+            (Relation::Back, Open, Open, true),
+        ] {
+            assert_eq!(relation.state_after(Open), of_open, "{relation:?}");
+            assert_eq!(
+                relation.state_after(Acknowledged),
+                of_acknowledged,
+                "{relation:?}"
+            );
+            assert_eq!(relation.sets_anchor(), sets_anchor, "{relation:?}");
+        }
+    }
+}

@@ -165,7 +165,7 @@ fn log_density_of_new(seen: &Sighting, with_body: bool) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::constants::{NEW_THINGS, PLACE_VOLUME_M3, WHOLE_RATIO};
-    use super::{Lengths, Sighting, log_density_of_new};
+    use super::{Difference, Lengths, Sighting, log_density_of_new};
     use nalgebra::{Matrix3, Point3};
     use patrold_engine::novelty::NoveltyKind;
 
@@ -209,5 +209,22 @@ mod tests {
         let thin = log_density_of_new(&sighting([2.0, 0.5, 0.001], None), false).exp();
         let least = log_density_of_new(&sighting([2.0, 0.5, 0.05], None), false).exp();
         assert!((thin / least - 1.0).abs() < 1e-9);
+    }
+
+    /// The density of a normal distribution: 1 sd off, and 2 sd off, of 0.1 m; and both together.
+    #[test]
+    fn independent_differences_add_up() {
+        let one = Difference::new([0.1, 0.0, 0.0], [0.1; 3]);
+        let other = Difference::new([0.0, 0.2, 0.1], [0.1; 3]);
+        let at_zero = -3.0 * (0.1 * std::f64::consts::TAU.sqrt()).ln();
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} {b}");
+        near(one.chi_square, 1.0);
+        near(one.log_density, at_zero - 0.5);
+        near(other.chi_square, 5.0);
+        near(other.log_density, at_zero - 2.5);
+        let both = one.with(other);
+        assert_eq!(both.figures, 6);
+        near(both.chi_square, 6.0);
+        near(both.log_density, 2.0 * at_zero - 3.0);
     }
 }

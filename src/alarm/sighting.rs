@@ -117,3 +117,73 @@ fn class_probabilities(shape: &ShapeRecord) -> [f64; SHAPE_CLASSES.len()] {
     let rest = (1.0 - total).max(0.0) / SHAPE_CLASSES.len() as f64;
     stated.map(|p| (p + rest) / total.max(1.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{body_of, class_probabilities};
+    use patrold_engine::report::{AlternativeRecord, ShapeRecord};
+
+    fn shape(class: &str, probability: f64, rivals: &[(&str, f64)]) -> ShapeRecord {
+        let rival = |(class, probability): &(&str, f64)| AlternativeRecord {
+            class: (*class).to_owned(),
+            probability: *probability,
+        };
+        ShapeRecord {
+            class: class.to_owned(),
+            method: "covariance".to_owned(),
+            probability,
+            alternatives: rivals.iter().map(rival).collect(),
+            centre: [0.0; 3],
+            centre_sd: [0.0; 3],
+            rotation: [[0.0; 3]; 3],
+            size: [0.2, 0.8, 0.4],
+            size_sd: [0.0; 3],
+            exponents: None,
+            residual_m: 0.0,
+            inliers: 10,
+        }
+    }
+
+    /// In the order sphere, cylinder, plane, box, cone, superquadric.
+    #[test]
+    fn what_a_shape_states_of_no_class_is_shared_by_all() {
+        let near = |shape: &ShapeRecord, expected: [f64; 6]| {
+            let got = class_probabilities(shape);
+            let is_near = got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12);
+            assert!(is_near, "{got:?} {expected:?}");
+        };
+        near(&shape("box", 1.0, &[]), [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+        near(
+            &shape("box", 0.5, &[("cone", 0.2)]),
+            [0.05, 0.05, 0.05, 0.55, 0.25, 0.05],
+        );
+        near(
+            &shape("ambiguous", f64::NAN, &[("sphere", 0.4)]),
+            [0.5, 0.1, 0.1, 0.1, 0.1, 0.1],
+        );
+        // More than there is.
+        near(
+            &shape("box", 0.9, &[("plane", 0.6)]),
+            [0.0, 0.0, 0.4, 0.6, 0.0, 0.0],
+        );
+    }
+
+    #[test]
+    fn a_front_may_be_as_deep_as_it_is_wide_and_a_body_is_as_it_says() {
+        let near = |a: [f64; 3], b: [f64; 3]| {
+            assert!(
+                a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12),
+                "{a:?} {b:?}"
+            );
+        };
+        let body = body_of(&shape("box", 1.0, &[])).expect("a body");
+        assert_eq!(body.m, [0.8, 0.4, 0.2]);
+        let own = body.m.map(|m| f64::hypot(0.1 * m, 0.01));
+        near(body.sd_m, own);
+        let plane = body_of(&shape("plane", 1.0, &[])).expect("a body");
+        near(plane.sd_m, [own[0], own[1], own[2].hypot(0.4)]);
+        let mut broken = shape("box", 1.0, &[]);
+        broken.size_sd[1] = f64::INFINITY;
+        assert!(body_of(&broken).is_none());
+    }
+}

@@ -60,6 +60,11 @@ mod tests {
         }
         monitor.update(minutes(65), wall(minutes(65), 1));
         assert!(monitor.is_stable(minutes(65)));
+        // Slewed by less than a minute, then by a minute.
+        assert!(!monitor.update(minutes(66), wall(minutes(66), 59)));
+        assert!(monitor.is_stable(minutes(66)));
+        assert!(monitor.update(minutes(66), wall(minutes(66), 60)));
+        assert!(!monitor.is_stable(minutes(66)));
         monitor.update(minutes(66), wall(minutes(66), years_s));
         assert!(!monitor.is_stable(minutes(66)), "set again");
     }

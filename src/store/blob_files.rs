@@ -189,4 +189,13 @@ mod tests {
         assert_eq!(files.delete(&name).expect("deleted"), 3);
         assert_eq!(files.delete(&name).expect("gone already"), 0);
     }
+
+    #[test]
+    fn what_cannot_be_deleted_is_reported_and_what_is_gone_is_not() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let files = BlobFiles::create(dir.path(), Arc::new(SystemDisk)).expect("folder");
+        std::fs::create_dir(dir.path().join("blobs/folder")).expect("in the way");
+        assert!(files.delete("folder").is_err());
+        assert_eq!(files.delete("none").expect("gone"), 0);
+    }
 }

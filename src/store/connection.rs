@@ -592,4 +592,32 @@ mod tests {
         let missing = open_unchanging(&dir.path().join("none/patrold.db"));
         assert!(missing.is_err());
     }
+
+    /// SQLite makes the -shm beside the database; where it cannot, a reader needs it only if changes are in the log alone.
+    #[test]
+    fn a_folder_that_takes_no_file_is_read_where_nothing_is_in_the_log() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let mut store = Store::open(dir.path()).expect("store");
+        let insert = "INSERT INTO waypoint (name, created_at) VALUES ('hall', '')";
+        let written = store.transaction(|change| Ok(change.execute(insert, [])?));
+        written.expect("written");
+        let copy = tempfile::tempdir().expect("temp dir");
+        for name in ["patrold.db", "patrold.db-wal"] {
+            std::fs::copy(dir.path().join(name), copy.path().join(name)).expect("copied");
+        }
+        store.close();
+        for (place, has_log) in [(&dir, false), (&copy, true)] {
+            let place = place.path();
+            // A folder of that name, because root may write where nobody may.
+            let shared = place.join("patrold.db-shm");
+            let _ = std::fs::remove_file(&shared);
+            std::fs::create_dir(&shared).expect("in the way");
+            let read = Store::open_for_reading(place).and_then(|store| store.waypoints());
+            match read {
+                // Never without what is in the log.
+                Ok(waypoints) => assert_eq!(waypoints.len(), 1, "{has_log}"),
+                Err(error) => assert!(has_log, "{error}"),
+            }
+        }
+    }
 }

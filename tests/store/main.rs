@@ -14,6 +14,7 @@ mod failing_copies;
 mod failing_restores;
 mod faults;
 mod health;
+mod held;
 mod incidents;
 mod kills;
 mod kit;

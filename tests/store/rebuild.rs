@@ -320,6 +320,32 @@ fn damaged_lines_cost_their_rows_alone_and_lost_files_are_marked() {
 }
 
 #[test]
+fn a_line_after_one_that_was_cut_off_begins_anew() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    full_store(dir.path()).close();
+    let path = dir.path().join("blobs/journal.txt");
+    let mut text = fs::read_to_string(&path).expect("the journal");
+    text.truncate(text.len() - 20);
+    let lines = text.lines().count();
+    fs::write(&path, text).expect("cut off");
+    let mut store = Store::open(dir.path()).expect("opens");
+    store
+        .acknowledge(1, "guard", None, &stamp(200))
+        .expect("acknowledged");
+    let journal = store.check(|_, _| ()).expect("checked").journal;
+    assert_eq!(
+        (journal.lines, journal.damaged_lines),
+        (lines, 1),
+        "{journal:?}"
+    );
+    let text = fs::read_to_string(&path).expect("the journal");
+    assert!(
+        text.ends_with("}\n") && !text.contains("\n\n"),
+        "no line is empty"
+    );
+}
+
+#[test]
 fn a_rebuild_writes_no_row_down_again_and_a_check_counts_each_line() {
     let dir = tempfile::tempdir().expect("temp dir");
     full_store(dir.path()).close();

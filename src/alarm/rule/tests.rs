@@ -1,6 +1,6 @@
 //! The rule on single visits: each limit on both sides.
 
-use super::{AlarmDecision, VisitFacts, decide};
+use super::{AlarmDecision, VisitFacts, decide, fills_its_place, is_in_its_place};
 use crate::alarm::{AlarmState, Incident, Lengths, Relation, Sighting};
 use nalgebra::{Matrix3, Point3};
 use patrold_engine::novelty::{NoveltyKind, PlaceView, Verdict};
@@ -284,4 +284,30 @@ fn a_thing_that_hides_a_place_by_standing_in_it_takes_it() {
         ),
         "{decided:?}"
     );
+}
+
+/// Widths of 0.4 m and of 0.8 m: both have room beside each other from 0.6 m on, the smaller one fills a place within 0.2 m.
+#[test]
+fn a_place_is_filled_and_overlapped_on_both_sides_of_its_limits() {
+    let (small, large) = ([0.5, 0.4, 0.3], [0.9, 0.8, 0.3]);
+    for (x, fills, overlaps) in [
+        (0.0, true, true),
+        (0.199, true, true),
+        (0.201, false, true),
+        (0.599, false, true),
+        (0.601, false, false),
+    ] {
+        for (seen, anchor) in [(small, large), (large, small)] {
+            let incident = incident(1, AlarmState::Open, sized(0.0, anchor));
+            let seen = sized(x, seen);
+            assert_eq!(fills_its_place(&seen, &incident), fills, "{x}");
+            assert_eq!(is_in_its_place(&seen, &incident), overlaps, "{x}");
+            let mut gone = seen;
+            gone.kind = NoveltyKind::Disappeared;
+            assert!(!fills_its_place(&gone, &incident) && !is_in_its_place(&gone, &incident));
+            let mut higher = seen;
+            higher.centre.z += 1.0;
+            assert_eq!(fills_its_place(&higher, &incident), fills, "above it");
+        }
+    }
 }

@@ -210,6 +210,10 @@ pub(super) fn stamp(second: i64) -> RecordTime {
 }
 
 pub(super) fn teach(store: &mut Store, waypoint: &str) {
+    teach_at(store, waypoint, &stamp(0));
+}
+
+fn teach_at(store: &mut Store, waypoint: &str, at: &RecordTime) {
     let view = View::from_points(vec![Point3::new(1.0, 0.0, 0.0); 4], Point3::origin());
     let mixture = ReferenceMixture {
         mixture: Mixture::default(),
@@ -230,7 +234,24 @@ pub(super) fn teach(store: &mut Store, waypoint: &str) {
         accepted: &[],
         frame: ReferenceFrame::Own,
     };
-    store.teach(&new, &stamp(0)).expect("taught");
+    store.teach(&new, at).expect("taught");
+}
+
+#[test]
+fn a_waypoint_is_unseen_after_its_hours_and_not_before() {
+    for (hours, is_noted) in [(1.0, true), (2.0, false)] {
+        let mut service = Stepped::new(&format!("alarms.unseen_after = {hours:?}"));
+        let taught = RecordTime {
+            at: Timestamp::now() - jiff::SignedDuration::from_mins(90),
+            boot_id: "boot".to_owned(),
+        };
+        let job = move |ledger: &mut crate::store::Ledger| {
+            teach_at(&mut ledger.store, "hall", &taught);
+        };
+        service.controller.services.writer.submit(job, |()| ());
+        service.controller.note_unseen();
+        assert_eq!(service.health().len(), usize::from(is_noted), "{hours}");
+    }
 }
 
 #[test]

@@ -3,7 +3,8 @@
 use super::health::{stamp, teach};
 use super::{Instant, Stepped, Store, TIMEOUT, WALL_CLOCK_STABLE_FOR};
 use crate::service::captured_log::captured;
-use crate::store::StoreStart;
+use crate::store::{NewVisit, StoreStart, SweepRecord};
+use patrold_engine::novelty::Verdict;
 use std::time::Duration;
 
 #[test]
@@ -42,6 +43,51 @@ fn retention_waits_until_it_is_due_and_nobody_is_served() {
         let is_done = service.controller.retention_due > at;
         assert_eq!(is_done, expected, "{due} {served}");
     }
+}
+
+#[test]
+fn retention_deletes_by_size_where_that_is_asked_for() {
+    for (gib, is_kept) in [("0", true), ("1e-9", false), ("1.0", true)] {
+        let mut service = Stepped::new(&format!("store.keep_days = 0\nstore.keep_gib = {gib}"));
+        service.controller.services.writer.submit(
+            |ledger| {
+                teach(&mut ledger.store, "hall");
+                not_observed(&mut ledger.store);
+            },
+            |()| (),
+        );
+        service.controller.apply_retention();
+        service.settle();
+        let store = Store::open_for_reading(&service.store_dir()).expect("readable");
+        let detail = store.visit_detail(1).expect("its row stays");
+        assert_eq!(detail.sweep_kept, is_kept, "{gib}");
+        assert!(store.reference("hall").is_ok(), "never a reference in use");
+    }
+}
+
+/// A visit whose sweep could not be assembled.
+fn not_observed(store: &mut Store) {
+    let visit = NewVisit {
+        waypoint: "hall",
+        reference_id: None,
+        sweep: Some(SweepRecord {
+            view: None,
+            raw: Some(b"raw data"),
+            dialogue: None,
+            quality: "null",
+        }),
+        verdict: Verdict::NotObserved,
+        reason: "gaps",
+        d_gmm: None,
+        u_th: 0.001,
+        seed: 7,
+        engine: "{}",
+        report: "{}",
+        novelties: &[],
+        places: &[],
+        same_place_m: 0.5,
+    };
+    store.record_visit(&visit, &stamp(5)).expect("recorded");
 }
 
 #[test]
