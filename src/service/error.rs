@@ -58,3 +58,20 @@ fn lines(errors: &[ConfigError]) -> String {
     let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
     lines.join("\n")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::ServiceError;
+    use crate::config::load;
+
+    #[test]
+    fn every_mistake_of_the_configuration_has_its_line() {
+        let dir = tempfile::tempdir().expect("temp dir");
+        let file = dir.path().join("patrold.toml");
+        std::fs::write(&file, "laser.prot = 1\nstore.keep_days = -1").expect("written");
+        let errors = load(Some(&file), &[]).expect_err("mistakes");
+        let texts: Vec<String> = errors.iter().map(ToString::to_string).collect();
+        let text = ServiceError::Config(errors).to_string();
+        assert!(texts.len() == 2 && text.lines().eq(texts), "{text}");
+    }
+}

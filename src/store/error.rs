@@ -331,4 +331,59 @@ mod tests {
             assert!(text.contains(advice), "{text}");
         }
     }
+
+    /// What is done about an error depends on these: whether it may pass, whether room helps, whether a file is gone for good,
+    /// whether a reader can do without the folder.
+    #[test]
+    fn each_error_is_of_its_kinds_and_of_no_other() {
+        let sqlite = |code| {
+            let source = rusqlite::Error::SqliteFailure(ffi::Error::new(code), None);
+            StoreError::from(source)
+        };
+        let file = |errno| StoreError::File {
+            path: "f".into(),
+            source: std::io::Error::from_raw_os_error(errno),
+        };
+        let low_space = StoreError::LowSpace {
+            path: "f".into(),
+            free_bytes: 1,
+        };
+        let changed = StoreError::Changed {
+            what: "f".to_owned(),
+            expected: "a".to_owned(),
+            got: "b".to_owned(),
+        };
+        for (error, kinds) in [
+            (sqlite(ffi::SQLITE_FULL), "storage space"),
+            (sqlite(ffi::SQLITE_IOERR), "storage space"),
+            (sqlite(ffi::SQLITE_BUSY), "storage"),
+            (sqlite(ffi::SQLITE_CORRUPT), "storage"),
+            (sqlite(ffi::SQLITE_CANTOPEN), "storage folder"),
+            (sqlite(ffi::SQLITE_READONLY), "storage folder"),
+            (sqlite(ffi::SQLITE_PERM), "storage folder"),
+            (sqlite(ffi::SQLITE_CONSTRAINT), ""),
+            // ENOSPC, EDQUOT, EIO, ENOENT, EROFS.
+            (file(28), "storage space"),
+            (file(122), "storage space"),
+            (file(5), "storage"),
+            (file(2), "storage gone"),
+            (file(30), "storage"),
+            (low_space, "storage space"),
+            (changed, "gone"),
+            (StoreError::UnknownAlarm(7), ""),
+        ] {
+            let is = [
+                ("storage", error.is_of_storage()),
+                ("space", error.is_lack_of_space()),
+                ("gone", error.is_of_the_file()),
+                ("folder", error.is_of_the_folder()),
+            ];
+            let is: Vec<&str> = is
+                .iter()
+                .filter(|(_, is)| *is)
+                .map(|(kind, _)| *kind)
+                .collect();
+            assert_eq!(is.join(" "), kinds, "{error}");
+        }
+    }
 }

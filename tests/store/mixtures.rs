@@ -1,6 +1,6 @@
 //! A mixture that was made anew takes the place of the stored one, once.
 
-use super::kit::{MODEL, mixture, stamp};
+use super::kit::{MODEL, changed_visit, gaussian, mixture, stamp};
 use nalgebra::Point3;
 use patrold::store::{
     NewMixture, NewReference, ReadyReference, ReferenceFrame, Store, StoredMixture,
@@ -8,6 +8,8 @@ use patrold::store::{
 };
 use patrold_engine::geometry::View;
 use patrold_engine::inspect::EngineSettings;
+use patrold_engine::mixture::Mixture;
+use patrold_engine::novelty::ReferenceMixture;
 
 /// A wall two metres away, seen by 1681 beams; its mixture is not that of a fit.
 fn teach(store: &mut Store) -> StoredReference {
@@ -88,4 +90,51 @@ fn the_first_to_replace_a_mixture_wins() {
     let again = now.make_ready("hall", &settings, 7).expect("ready");
     assert!(again.made_anew.is_none());
     assert_eq!(again.reference.gamma, ready.reference.gamma);
+}
+
+#[test]
+fn a_visit_knows_the_mixture_that_it_was_compared_with() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    let gamma = |x| ReferenceMixture {
+        mixture: Mixture {
+            weights: vec![1.0],
+            components: vec![gaussian(x)],
+        },
+        ..mixture()
+    };
+    let view = View::from_points(vec![Point3::new(1.0, 0.0, 0.0); 4], Point3::origin());
+    for (waypoint, x, second) in [("hall", 2.0, 0), ("yard", 3.0, 1), ("hall", 4.0, 2)] {
+        let new = NewReference {
+            waypoint,
+            sweep: SweepRecord {
+                dialogue: None,
+                view: Some(&view),
+                raw: None,
+                quality: "{}",
+            },
+            mixture: &gamma(x),
+            model: MODEL,
+            engine: "{}",
+            seed: 7,
+            accepted: &[],
+            frame: ReferenceFrame::Own,
+        };
+        store.teach(&new, &stamp(second)).expect("taught");
+    }
+    let older = store.reference_version("hall", 1).expect("kept").id;
+    let newer = store.reference("hall").expect("taught").id;
+    let yard = store.reference("yard").expect("taught").id;
+    for (waypoint, reference, x) in [
+        ("hall", older, 2.0),
+        ("yard", yard, 3.0),
+        ("hall", newer, 4.0),
+    ] {
+        let visit = changed_visit(waypoint, reference, 9.0, |new| {
+            store.record_visit(new, &stamp(10)).expect("recorded")
+        });
+        let found = store.reference_of_visit(visit.visit_id).expect("asked");
+        assert_eq!(found, Some(gamma(x)), "{waypoint}");
+    }
+    assert_eq!(store.reference_of_visit(99).expect("asked"), None);
 }
