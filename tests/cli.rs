@@ -34,6 +34,8 @@ mod log_visits;
 mod log_waypoints;
 #[path = "cli/manifest.rs"]
 mod manifest;
+#[path = "cli/odd_devices.rs"]
+mod odd_devices;
 #[path = "cli/rejudge.rs"]
 mod rejudge;
 #[path = "cli/mixtures_out.rs"]

@@ -312,3 +312,68 @@ impl FaultSchedule {
         sent
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    const S: Duration = Duration::from_secs(1);
+
+    fn schedule(text: &str) -> FaultSchedule {
+        let mut schedule = FaultSchedule::default();
+        schedule.add(text.parse().expect("a fault"), Duration::ZERO);
+        schedule
+    }
+
+    #[test]
+    fn what_lasts_a_time_comes_again_every_so_often() {
+        for (text, stuck) in [
+            ("stuck:for=1,count=2,every=3", [1, 0, 0, 1, 0, 0, 0]),
+            // One period ends before the next begins.
+            ("stuck:for=2,count=3,every=1", [1, 1, 1, 1, 1, 1, 0]),
+            ("stuck:at=2,for=1", [0, 0, 1, 0, 0, 0, 0]),
+            ("stuck:at=5", [0, 0, 0, 0, 0, 1, 1]),
+        ] {
+            let mut schedule = schedule(text);
+            let seen = [0, 1, 2, 3, 4, 5, 6].map(|second| {
+                let now = second * S + S / 2;
+                // Every start and end by now.
+                while schedule.next_at(now).is_some_and(|at| at <= now) {
+                    let at = schedule.next_at(now).unwrap_or(now);
+                    assert!(schedule.take_due(at).is_empty());
+                }
+                schedule.take_due(now);
+                u8::from(schedule.hindrance(AxisName::Pan, now).0)
+            });
+            assert_eq!(seen, stuck, "{text}");
+        }
+    }
+
+    #[test]
+    fn strikes_have_a_period_and_bytes_a_least_distance() {
+        let mut echoes = schedule("echo:at=500ms,count=3");
+        let mut strikes = Vec::new();
+        while let Some(at) = echoes.next_at(Duration::ZERO) {
+            assert_eq!(echoes.take_due(at), [FaultEffect::Echo]);
+            strikes.push(at.as_millis());
+        }
+        assert_eq!(strikes, [500, 1500, 2500]);
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut lost = |text: &str| {
+            let mut schedule = schedule(text);
+            [0, 10, 20, 30, 40, 50].map(|ms| {
+                let now = Duration::from_millis(ms);
+                schedule.filter_output(b'x', now, &mut rng).is_none()
+            })
+        };
+        assert_eq!(
+            lost("lost-byte:count=2"),
+            [true, true, false, false, false, false]
+        );
+        assert_eq!(
+            lost("lost-byte:count=2,every=25ms"),
+            [true, false, false, true, false, false]
+        );
+    }
+}
