@@ -70,6 +70,7 @@ pub(crate) fn scans(data: &[u8]) -> usize {
         while let Some(action) = driver.poll_action() {
             match action {
                 LaserAction::Send(bytes) => laser.handle_bytes(&bytes, now),
+                LaserAction::SetBitRate(bit_s) => laser.set_host_baud(bit_s),
                 LaserAction::Event(LaserEvent::Scan { scan, .. }) => {
                     received.assert_contains(&scan);
                     scans += 1;

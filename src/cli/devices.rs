@@ -35,13 +35,15 @@ pub(super) fn run(args: &DevicesArgs) -> CommandResult {
     });
     let (notes, _) = mpsc::channel();
     let cancel = signals::cancel_on_signal()?;
-    let (laser, ptu) = Station::survey(&settings, Clock::scaled(args.time_scale), notes, &cancel)
-        .map_err(Failure::failed)?;
+    let clock = Clock::scaled(args.time_scale);
+    let survey = Station::survey(&settings, clock, notes, &cancel).map_err(Failure::failed)?;
+    let (laser, ptu) = (survey.laser, survey.ptu);
     if args.json {
         output::json(&json!({
             "laser": device_json(&laser, &settings.laser.port),
             "ptu": device_json(&ptu, &settings.ptu.port),
             "ports": ports,
+            "sweep_notes": survey.sweep_notes,
         }))?;
     } else {
         output::line(match &laser {
@@ -52,6 +54,9 @@ pub(super) fn run(args: &DevicesArgs) -> CommandResult {
             Ok(report) => head_text(report),
             Err(error) => format!("pan-tilt: {error}"),
         })?;
+        for note in &survey.sweep_notes {
+            output::line(format!("sweep: {note}"))?;
+        }
         output::line(ports_text(&ports))?;
     }
     Ok(if laser.is_ok() && ptu.is_ok() {
@@ -61,7 +66,11 @@ pub(super) fn run(args: &DevicesArgs) -> CommandResult {
     })
 }
 
-fn device_json(report: &Result<impl Serialize, DeviceError>, port: &str) -> serde_json::Value {
+/// A device's report, or why there is none.
+pub(super) fn device_json(
+    report: &Result<impl Serialize, DeviceError>,
+    port: &str,
+) -> serde_json::Value {
     match report {
         Ok(report) => json!(report),
         Err(error) => json!({"port": port, "error": error.to_string()}),
@@ -87,8 +96,12 @@ fn ports_text(ports: &[PortReport]) -> String {
 fn laser_text(report: &LaserReport) -> String {
     let [near, far] = report.range_mm;
     let [right, left] = report.azimuth_deg;
+    let line = match report.line_bit_s {
+        Some(bit_s) => format!(", line of {bit_s} bit/s"),
+        None => String::new(),
+    };
     format!(
-        "laser: {} on {}\n  serial {}, firmware {}, {}\n  {} beams from {right:.1} to {left:.1} deg, {near} to {far} mm, {} scans/s\n  {}",
+        "laser: {} on {}{line}\n  serial {}, firmware {}, {}\n  {} beams from {right:.1} to {left:.1} deg, {near} to {far} mm, {} scans/s\n  {}",
         report.product,
         report.port,
         report.serial,

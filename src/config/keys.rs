@@ -73,7 +73,7 @@ pub const KEYS: &[ConfigKey] = &[
         Integer(9600, 750_000),
         "115200",
         "bit/s",
-        "Line rate on RS-232; no effect over USB.",
+        "Line rate on RS-232: a laser found at a slower one is raised to it. No effect over USB.",
     ),
     key(
         "ptu.port",
@@ -185,7 +185,7 @@ pub const KEYS: &[ConfigKey] = &[
         Floats(3, 3, -FULL_TURN_DEG, FULL_TURN_DEG),
         "[0.0, 0.0, 0.0]",
         "deg",
-        "Roll, pitch, yaw of the laser on the plate.",
+        "Roll, pitch, yaw of the laser on the plate. For a laser mounted upside down roll is 180: with 0 its clouds are mirrored, and what stands to the robot's left is on their right.",
     ),
     key(
         "sweep.mode",

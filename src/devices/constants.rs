@@ -115,6 +115,9 @@ pub(super) const TCP_LIMIT: Duration = Duration::from_secs(2);
 /// Line rates of a laser on RS-232, bit/s, in the order tried after the configured one (scip2 section 13).
 pub(super) const LASER_BAUDS: [u32; 6] = [19_200, 57_600, 115_200, 250_000, 500_000, 750_000];
 
+/// Line rate of a pan-tilt after power-up, bit/s (ptu-d46 section 1).
+pub(super) const HEAD_POWER_UP_BAUD: u32 = 9600;
+
 /// Wait for a reply while a laser's line rate is searched: more than 250 ms, below which a URG misses its tick
 /// (scip2 section 13).
 pub(super) const PROBE_REPLY_LIMIT: Duration = Duration::from_millis(400);
@@ -127,6 +130,12 @@ pub(super) const HEAD_PROBE_ATTEMPTS: u32 = 2;
 
 /// Bits on the line per byte, 8N1.
 pub(super) const BITS_PER_BYTE: u32 = 10;
+
+/// Most steps that share a value on a slow line: 1.4 deg, three lines of a usual sweep.
+pub(super) const MAX_CLUSTER: u8 = 4;
+
+/// Most scan periods per transmitted scan: the interval has one digit (scip2 section 6).
+pub(super) const MAX_STREAM_PERIODS: u32 = 10;
 
 /// Largest fraction of the scan period that the bytes of a scan may take on a slow line.
 pub(super) const MAX_LINE_LOAD: f64 = 0.95;

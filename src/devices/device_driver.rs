@@ -9,6 +9,8 @@ use std::time::Duration;
 pub(crate) enum DriverOutput<E> {
     /// Write these bytes now.
     Send(Vec<u8>),
+    /// Change the line rate of the port, bit/s, now.
+    SetBitRate(u32),
     /// Report this event.
     Event(E),
 }
@@ -39,6 +41,10 @@ pub(crate) trait DeviceDriver: Send {
 
     /// Whether this event shows that the device works, so that the retry pause starts over.
     fn is_sign_of_life(event: &Self::Event) -> bool;
+    /// Whether this event shows that the line or the device does not do with another line rate.
+    fn keeps_bit_rate(_event: &Self::Event) -> bool {
+        false
+    }
     /// Whether this event reports the device's identity.
     fn is_connected(event: &Self::Event) -> bool;
     /// The error if this event requires closing and reopening the port.

@@ -95,6 +95,7 @@ impl DeviceDriver for HeadDriver {
         };
         if probing {
             options.attempts = HEAD_PROBE_ATTEMPTS;
+            options.gives_up_on_garbage = true;
         }
         Self::with_driver(PtuDriver::new(options), POLL_INTERVAL)
     }
@@ -140,7 +141,11 @@ impl DeviceDriver for HeadDriver {
     }
 
     fn deadline(&self) -> Option<Duration> {
-        let next_poll = self.axis_to_poll().map(|_| self.next_poll_at);
+        // One that is due is no time limit: it goes out with the next output.
+        let next_poll = self
+            .axis_to_poll()
+            .map(|_| self.next_poll_at)
+            .filter(|at| *at > self.now);
         [self.driver.deadline(), next_poll]
             .into_iter()
             .flatten()
@@ -275,17 +280,73 @@ pub(super) fn head_error(error: &HeadError, port: &str) -> DeviceError {
 
 #[cfg(test)]
 mod tests {
-    use super::{DeviceDriver, DriverOutput, HeadCommand, HeadDriver, HeadEvent, POLL_INTERVAL};
+    use super::{
+        DeviceDriver, DriverOutput, HeadCommand, HeadDriver, HeadEvent, POLL_INTERVAL, head_error,
+    };
     use crate::devices::error::Device;
     use crate::devices::lockstep::rig::ROOM;
     use crate::devices::port_config::PortConfig;
     use patrold_sim::emulator::{Emulation, EmulationOptions};
     use patrold_sim::world::Scene;
-    use ptu::{Axis, PtuEvent};
+    use ptu::{Axis, HeadError, HeadLine, PtuEvent};
     use std::sync::Arc;
     use std::time::Duration;
 
-    /// The driver on an emulated unit; `answers` have no pace of a line.
+    #[test]
+    fn each_error_of_the_driver_is_one_line_with_port_and_remedy() {
+        let text = |text: &str| text.to_owned();
+        for (error, parts) in [
+            (
+                HeadError::Silent,
+                &["is silent", "power and cable", "ptu.port"][..],
+            ),
+            (
+                HeadError::NotAHead {
+                    line: HeadLine::Laser,
+                    heard: text("QT"),
+                    bytes_heard: 2,
+                },
+                &[
+                    "ptu.port",
+                    "heard \"QT\" (2 bytes)",
+                    "exchange the two ports",
+                ],
+            ),
+            (
+                HeadError::OutOfStep {
+                    command: text("F"),
+                    heard: text("*"),
+                },
+                &["ptu.port", "`F`", "replies come twice", "power-cycle"],
+            ),
+            (
+                HeadError::ImpossibleValue {
+                    command: text("TX"),
+                    expected: text("more than 0"),
+                    got: text("-907"),
+                },
+                &["ptu.port", "`TX` answered -907", "power-cycle"],
+            ),
+            (
+                HeadError::SetupRefused {
+                    command: text("PN"),
+                    text: text("Axis Error"),
+                },
+                &["refused PN: Axis Error", "power-cycle"],
+            ),
+        ] {
+            let told = head_error(&error, "/dev/ptu").to_string();
+            assert!(
+                told.contains("pan-tilt on /dev/ptu") && !told.contains('\n'),
+                "{told}"
+            );
+            for part in parts {
+                assert!(told.contains(part), "{part}: {told}");
+            }
+        }
+    }
+
+    /// The driver on an emulated unit whose answers have no pace of a line.
     fn driver_and_unit() -> (HeadDriver, Emulation) {
         let scene = Scene::parse(ROOM).expect("a scene");
         let world = Arc::new(scene.build(None).expect("no cloud in it"));
@@ -323,7 +384,7 @@ mod tests {
                     DriverOutput::Event(event) if HeadDriver::is_connected(&event) => {
                         return (sent, positions);
                     }
-                    DriverOutput::Event(_) => {}
+                    DriverOutput::Event(_) | DriverOutput::SetBitRate(_) => {}
                 }
             }
             let next = [unit.next_head_event(), head.deadline(), Some(until)];
@@ -411,7 +472,7 @@ mod tests {
                         stopping = true;
                         head.stop(now);
                     }
-                    DriverOutput::Event(_) => {}
+                    DriverOutput::Event(_) | DriverOutput::SetBitRate(_) => {}
                 }
             }
             let next = [unit.next_head_event(), head.deadline()];

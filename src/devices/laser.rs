@@ -38,13 +38,23 @@ impl DeviceDriver for LaserDriver {
 
     fn new(port: &PortConfig, baud: u32, probing: bool) -> Self {
         let mut options = ScipOptions::default();
-        if port.line_kind() == LineKind::Rs232 {
+        let line = port.line_kind();
+        if matches!(line, LineKind::Rs232 | LineKind::PseudoTerminal) {
+            options.wanted_bit_rate = Some(port.baud);
+        }
+        if line == LineKind::Rs232 {
             options.link_bytes_per_second = Some(baud / BITS_PER_BYTE);
             // `RS` resets a sensor on RS-232 to its default line rate: the connection would be lost.
             options.reset_on_connect = false;
         }
         if probing {
-            (options.reply_timeout, options.attempts) = (PROBE_REPLY_LIMIT, PROBE_ATTEMPTS);
+            options.gives_up_on_garbage = true;
+            // An emulated device has nearly always the rate of the configuration, and perhaps a fast clock.
+            options.probe = match line {
+                LineKind::PseudoTerminal if baud == port.baud => None,
+                LineKind::PseudoTerminal => Some((PROBE_REPLY_LIMIT, 1)),
+                _ => Some((PROBE_REPLY_LIMIT, PROBE_ATTEMPTS)),
+            };
         }
         Self {
             driver: ScipDriver::new(options),
@@ -85,6 +95,7 @@ impl DeviceDriver for LaserDriver {
     fn poll(&mut self) -> Option<DriverOutput<LaserEvent>> {
         match self.driver.poll_action() {
             Some(LaserAction::Send(bytes)) => Some(DriverOutput::Send(bytes)),
+            Some(LaserAction::SetBitRate(bit_s)) => Some(DriverOutput::SetBitRate(bit_s)),
             Some(LaserAction::Event(event)) => Some(DriverOutput::Event(event)),
             None => self
                 .rejected
@@ -109,6 +120,14 @@ impl DeviceDriver for LaserDriver {
 
     fn is_sign_of_life(event: &LaserEvent) -> bool {
         matches!(event, LaserEvent::Scan { .. })
+    }
+
+    fn keeps_bit_rate(event: &LaserEvent) -> bool {
+        matches!(
+            event,
+            LaserEvent::BitRateKept { .. }
+                | LaserEvent::ConnectionFailed(ScipError::BitRateLost { .. })
+        )
     }
 
     fn is_connected(event: &LaserEvent) -> bool {
@@ -175,5 +194,85 @@ pub(super) fn laser_error(error: &ScipError, port: &str) -> DeviceError {
             port,
             detail,
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::laser_error;
+    use scip::{LaserLine, ParameterError, ReplyError, ScipCommand, ScipError, StatusMeaning};
+    use std::time::Duration;
+
+    #[test]
+    fn each_error_of_the_driver_is_one_line_with_port_and_remedy() {
+        let bad_reply = |command, last| ScipError::BadReply {
+            command,
+            attempts: 3,
+            last,
+        };
+        let refused = |meaning| ReplyError::Refused {
+            command: ScipCommand::TimeEnter,
+            meaning,
+        };
+        let heard = |line| ScipError::NotALaser {
+            line,
+            heard: b"QT\n".as_slice().into(),
+            bytes: 3,
+        };
+        for (error, parts) in [
+            (
+                ScipError::NoReply {
+                    command: ScipCommand::Quit,
+                    attempts: 3,
+                    timeout: Duration::from_secs(1),
+                },
+                &["is silent", "power and cable", "laser.port"][..],
+            ),
+            (
+                heard(LaserLine::Loopback),
+                &["laser.port", "heard \"QT\\n\"", "bridged"],
+            ),
+            (heard(LaserLine::NotText), &["laser.port", "line rate"]),
+            (
+                ScipError::Scip11Only {
+                    heard: b"E".as_slice().into(),
+                },
+                &["laser.port", "SCIP 1.1 only", "updated"],
+            ),
+            (
+                bad_reply(ScipCommand::TimeEnter, refused(StatusMeaning::Denied)),
+                &["refused TM0", "present state", "power-cycle"],
+            ),
+            (
+                bad_reply(
+                    ScipCommand::Stream,
+                    refused(StatusMeaning::BadParameter(ParameterError::EndOutOfRange)),
+                ),
+                &["refused MD/MS/ME", "power-cycle"],
+            ),
+            (
+                bad_reply(
+                    ScipCommand::Parameters,
+                    ReplyError::ValueCount {
+                        expected: 1,
+                        got: 2,
+                    },
+                ),
+                &["no usable reply to PP", "power-cycle"],
+            ),
+            (
+                ScipError::BitRateLost { wanted: 115_200 },
+                &["115200 bit/s", "power-cycle"],
+            ),
+        ] {
+            let text = laser_error(&error, "/dev/laser").to_string();
+            assert!(
+                text.contains("laser on /dev/laser") && !text.contains('\n'),
+                "{text}"
+            );
+            for part in parts {
+                assert!(text.contains(part), "{part}: {text}");
+            }
+        }
     }
 }

@@ -50,5 +50,5 @@ pub use recording::{
     DialogueEnd, DialogueEntry, DialogueEntryKind, DialogueError, ReplayError, ReplayedSweep,
     SweepDialogue, replay_sweep,
 };
-pub use report::{AxisReport, DevicesReport, HeadReport, LaserReport};
+pub use report::{AxisReport, DeviceSurvey, DevicesReport, HeadReport, LaserReport};
 pub use station::Station;

@@ -7,15 +7,23 @@ use link::Clock;
 use patrold_engine::sweep::assemble;
 use patrold_sim::emulator::{Emulation, EmulationOptions, Emulator, EmulatorPorts};
 use patrold_sim::world::{NoiseOptions, Scene};
+use scip::emulator::LaserLink;
 use std::sync::{Arc, mpsc};
 use std::thread;
 use std::time::Duration;
 
-fn emulator(clock: &Clock, ports: &EmulatorPorts<'_>) -> Emulator {
-    let options = EmulationOptions {
+fn options() -> EmulationOptions {
+    EmulationOptions {
         noise: NoiseOptions::ideal(),
         ..EmulationOptions::seeded(11)
-    };
+    }
+}
+
+fn emulator(clock: &Clock, ports: &EmulatorPorts<'_>) -> Emulator {
+    emulator_with(options(), clock, ports)
+}
+
+fn emulator_with(options: EmulationOptions, clock: &Clock, ports: &EmulatorPorts<'_>) -> Emulator {
     let scene = Scene::parse(ROOM).expect("a scene");
     let world = Arc::new(scene.build(None).expect("no cloud in it"));
     let emulation = Emulation::new(options, world, scene.map_from_base, clock.now());
@@ -89,10 +97,12 @@ fn dropped_in_the_middle_the_laser_goes_off() {
     let clock = Clock::scaled(10.0);
     let tcp = EmulatorPorts {
         laser_tcp: Some("127.0.0.1:0".parse().expect("an address")),
+        head_tcp: Some("127.0.0.1:0".parse().expect("an address")),
         ..EmulatorPorts::default()
     };
     let emulator = emulator(&clock, &tcp);
     let mut settings = settings(&emulator);
+    assert!(settings.ptu.port.starts_with("tcp:127.0.0.1:"));
     settings.ptu.home_at_start = false;
     let (notes, _heard) = mpsc::channel();
     let mut station =
@@ -125,8 +135,13 @@ fn missing_and_exchanged_ports_are_reported() {
     let mut absent = Settings::defaults();
     absent.laser.port = "/dev/no-such-laser".to_owned();
     absent.ptu.port = "/dev/no-such-ptu".to_owned();
-    let (laser, head) =
-        Station::survey(&absent, clock.clone(), notes.clone(), &Cancel::new()).expect("threads");
+    let survey = |settings: &Settings| {
+        let survey = Station::survey(settings, clock.clone(), notes.clone(), &Cancel::new());
+        let survey = survey.expect("threads");
+        assert_eq!(survey.sweep_notes, [""; 0]);
+        (survey.laser, survey.ptu)
+    };
+    let (laser, head) = survey(&absent);
     assert!(
         laser
             .expect_err("absent")
@@ -138,19 +153,34 @@ fn missing_and_exchanged_ports_are_reported() {
     let emulator = emulator(&clock, &EmulatorPorts::default());
     let mut exchanged = settings(&emulator);
     std::mem::swap(&mut exchanged.laser.port, &mut exchanged.ptu.port);
-    let (laser, head) =
-        Station::survey(&exchanged, clock.clone(), notes, &Cancel::new()).expect("threads");
-    let (laser, head) = (laser.expect_err("a head"), head.expect_err("a laser"));
-    eprintln!("{laser}\n{head}");
-    for error in [laser, head] {
+    let (laser, head) = survey(&exchanged);
+    for error in [laser.expect_err("a head"), head.expect_err("a laser")] {
         assert!(
-            matches!(
-                error,
-                DeviceError::WrongDevice { .. } | DeviceError::Silent { .. }
-            ),
+            matches!(error, DeviceError::WrongDevice { readable: true, .. }),
+            "{error}"
+        );
+        assert!(
+            error.to_string().contains("exchange the two ports"),
             "{error}"
         );
     }
+}
+
+#[test]
+fn other_line_rates_are_found_and_that_of_the_laser_is_raised() {
+    let clock = Clock::scaled(2.0);
+    let mut options = options();
+    options.laser.link = LaserLink::Serial { baud: 19_200 };
+    options.head.start.baud = 19_200;
+    let emulator = emulator_with(options, &clock, &EmulatorPorts::default());
+    let settings = settings(&emulator);
+    assert_eq!((settings.laser.baud, settings.ptu.baud), (115_200, 9600));
+    let (notes, _heard) = mpsc::channel();
+    let survey = Station::survey(&settings, clock, notes, &Cancel::new()).expect("threads");
+    survey.ptu.expect("found at its rate");
+    assert_eq!(survey.laser.expect("found").line_bit_s, Some(115_200));
+    let told = survey.sweep_notes.join("; ");
+    assert!(told.contains("115200 bit/s: 2 steps per value"), "{told}");
 }
 
 #[test]

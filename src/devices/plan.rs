@@ -10,7 +10,7 @@ use patrold_engine::geometry::Mount;
 use patrold_engine::scan::ScanGeometry;
 use patrold_engine::sweep::{PanSegment, RawSweep};
 use ptu::{AxisIdentity, AxisScale, HeadIdentity, Sign};
-use scip::{LaserParameters, StreamPlan};
+use scip::{LaserIdentity, LaserParameters, StreamPlan};
 use std::time::Duration;
 
 /// A sweep in radians and metres.
@@ -66,6 +66,15 @@ pub(crate) struct LaserFacts {
     pub parameters: LaserParameters,
     /// Bytes per second of a line with a line rate.
     pub line_bytes_s: Option<u32>,
+}
+
+impl LaserFacts {
+    pub(super) fn new(identity: &LaserIdentity) -> Self {
+        Self {
+            parameters: identity.parameters,
+            line_bytes_s: identity.line_bytes_s,
+        }
+    }
 }
 
 /// Motion of the tilt axis.
@@ -142,7 +151,9 @@ impl SweepPlan {
         laser: LaserFacts,
     ) -> Result<Self, DeviceError> {
         let mut notes = Vec::new();
-        let (stream, line_period) = plan_stream(laser.parameters, laser.line_bytes_s, &mut notes);
+        let max_periods = max_periods(request, &head.identity.tilt);
+        let (stream, line_period) = plan_stream(laser, max_periods, &mut notes);
+        let scan_period = laser.parameters.scan_period();
         let pan_scale = axis_scale(
             &head.identity.pan,
             head.settings.pan_sign,
@@ -162,7 +173,9 @@ impl SweepPlan {
             port: head.port,
         };
         let segment = match request.mode {
-            SweepMode::Continuous => tilt.continuous(request, line_period, &mut notes)?,
+            SweepMode::Continuous => {
+                tilt.continuous(request, scan_period, line_period, &mut notes)?
+            }
             SweepMode::Step => tilt.steps(request, &mut notes)?,
         };
         let parameters = laser.parameters;
@@ -232,17 +245,31 @@ impl TiltAxis<'_> {
     fn continuous(
         &self,
         request: &SweepRequest,
+        scan_period: Duration,
         line_period: Duration,
         notes: &mut Vec<String>,
     ) -> Result<PlannedTilt, DeviceError> {
-        let speed = bounded_speed(self.axis, request.speed_rad_s);
+        // Lines as far apart as with all scans of the laser.
+        let slowdown = line_period.as_secs_f64() / scan_period.as_secs_f64();
+        let wanted_rad_s = request.speed_rad_s / slowdown;
+        let speed = bounded_speed(self.axis, wanted_rad_s);
         let step_rad = self.scale.step.radians();
         let got_rad_s = f64::from(speed) * step_rad;
-        if (got_rad_s - request.speed_rad_s).abs() > step_rad {
+        let pitch_rad = got_rad_s * line_period.as_secs_f64();
+        if slowdown > 1.0 {
+            notes.push(format!(
+                "tilt speed {:.2} deg/s instead of {:.2}, lines {:.2} deg apart: the laser's line carries {:.1} scans/s",
+                got_rad_s.to_degrees(),
+                request.speed_rad_s.to_degrees(),
+                pitch_rad.to_degrees(),
+                1.0 / line_period.as_secs_f64()
+            ));
+        }
+        if (got_rad_s - wanted_rad_s).abs() > step_rad {
             notes.push(format!(
                 "tilt speed {:.2} deg/s instead of {:.2}: the head supports {} to {} counts/s",
                 got_rad_s.to_degrees(),
-                request.speed_rad_s.to_degrees(),
+                wanted_rad_s.to_degrees(),
                 self.axis.speed_min,
                 self.axis.speed_max
             ));
@@ -260,7 +287,7 @@ impl TiltAxis<'_> {
                 ramp_steps,
             },
             range_rad: self.widened_range_rad(from, to, 0.0),
-            pitch_rad: got_rad_s * line_period.as_secs_f64(),
+            pitch_rad,
         })
     }
 
@@ -351,6 +378,17 @@ fn axis_scale(axis: &AxisIdentity, sign: f64, zero_rad: f64) -> AxisScale {
             Sign::Positive
         },
         offset_rad: -zero_rad,
+    }
+}
+
+/// How many scan periods a line may take: as many as the tilt can be slower than requested. Step-and-stare waits.
+fn max_periods(request: &SweepRequest, tilt: &AxisIdentity) -> u32 {
+    match request.mode {
+        SweepMode::Continuous => {
+            let slowest_rad_s = f64::from(tilt.speed_min.max(1)) * tilt.step.radians();
+            (request.speed_rad_s / slowest_rad_s).floor().max(1.0) as u32
+        }
+        SweepMode::Step => u32::MAX,
     }
 }
 

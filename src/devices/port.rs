@@ -66,6 +66,7 @@ impl<D: DeviceDriver> Port<D> {
             connected: false,
             baud_found: false,
             last_good: None,
+            found_baud: 0,
         };
         let thread = thread::Builder::new()
             .name(format!("patrold-{device}"))
@@ -116,6 +117,8 @@ struct PortRunner<D: DeviceDriver, F> {
     baud_found: bool,
     /// The attempt that worked last.
     last_good: Option<OpenAttempt>,
+    /// Line rate at which the port was opened last, bit/s.
+    found_baud: u32,
 }
 
 /// How much an error says about the device; silence and garbage may just be a wrong line rate.
@@ -130,14 +133,6 @@ fn specificity(error: &DeviceError) -> u8 {
         DeviceError::WrongDevice { readable: true, .. } => 2,
         _ => 3,
     }
-}
-
-/// A port that cannot be opened, or another unit, is the same at every line rate.
-fn rules_out_node(error: &DeviceError) -> bool {
-    matches!(
-        error,
-        DeviceError::OtherUnit { .. } | DeviceError::Port { .. }
-    )
 }
 
 enum ServeEnd {
@@ -182,8 +177,11 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
         let probing = attempts.len() > 1 && !self.baud_found;
         let mut reported: Option<DeviceError> = None;
         let mut ruled_out_nodes = HashSet::new();
+        let mut garbage_heard = false;
         for attempt in attempts {
-            if ruled_out_nodes.contains(&attempt.node) {
+            if ruled_out_nodes.contains(&attempt.node)
+                || (attempt.is_of_other_device && !garbage_heard)
+            {
                 continue;
             }
             self.connected = false;
@@ -198,7 +196,14 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
                 self.last_good = Some(attempt);
                 return Some(error);
             }
-            if rules_out_node(&error) {
+            garbage_heard |= matches!(
+                error,
+                DeviceError::WrongDevice {
+                    readable: false,
+                    ..
+                }
+            );
+            if !self.port.tries_other_rates(&error) {
                 ruled_out_nodes.insert(attempt.node);
             }
             if reported
@@ -232,6 +237,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
     }
 
     fn serve(&mut self, mut link: Box<dyn Link>, baud: u32, probing: bool) -> ServeEnd {
+        self.found_baud = baud;
         let mut driver = RecordedDriver::<D>::new(&self.port, baud, probing, self.tap.clone());
         // Drop commands queued before the port was open.
         while self.commands.try_recv().is_ok() {}
@@ -304,7 +310,19 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
                         }));
                     }
                 }
+                DriverOutput::SetBitRate(bit_s) => {
+                    if let Err(error) = link.set_baud(bit_s) {
+                        return Err(ServeEnd::Failed(DeviceError::Port {
+                            device: self.port.device,
+                            source: error.into(),
+                        }));
+                    }
+                }
                 DriverOutput::Event(event) => {
+                    if D::keeps_bit_rate(&event) {
+                        // Not asked for again.
+                        self.port.baud = self.found_baud;
+                    }
                     if let Some(error) = D::fault(&event, &self.port) {
                         // Write first: a driver that gives up still turns its laser off.
                         flush(driver, link);
@@ -338,7 +356,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
                         }
                     }
                     DriverOutput::Event(event) if D::is_stopped(&event) => return,
-                    DriverOutput::Event(_) => {}
+                    DriverOutput::Event(_) | DriverOutput::SetBitRate(_) => {}
                 }
             }
             if Instant::now() >= until {
@@ -422,10 +440,12 @@ mod tests {
             connected: false,
             baud_found: false,
             last_good: None,
+            found_baud: 0,
         };
         let attempts = attempts.iter().map(|(node, baud)| OpenAttempt {
             node: (*node).to_owned(),
             baud: *baud,
+            is_of_other_device: false,
         });
         let ended = runner.try_attempts(attempts.collect());
         (ended, opened, found)

@@ -1,6 +1,6 @@
 //! The configured port of a device: its name, its kind of line, the unit it must be, and the ways to open it.
 
-use super::constants::{HOKUYO_VENDOR, LASER_BAUDS, TCP_LIMIT};
+use super::constants::{HEAD_POWER_UP_BAUD, HOKUYO_VENDOR, LASER_BAUDS, TCP_LIMIT};
 use super::error::{Device, DeviceError};
 use crate::config::Settings;
 use link::{DetectedPort, Link, LinkError, SerialLink, TcpLink, UsbName};
@@ -11,8 +11,10 @@ use std::path::{Path, PathBuf};
 pub(crate) enum LineKind {
     /// UART or USB adapter, with a line rate.
     Rs232,
-    /// Native USB or a pseudo-terminal, without a line rate.
-    Unpaced,
+    /// Of an emulated device, with a line rate or without.
+    PseudoTerminal,
+    /// Native USB, without a line rate.
+    Usb,
     Tcp,
 }
 
@@ -34,6 +36,8 @@ pub(crate) struct OpenAttempt {
     pub node: String,
     /// Line rate, bits per second.
     pub baud: u32,
+    /// Not the device's: tried only where the others brought garbage, to see what is there instead.
+    pub is_of_other_device: bool,
 }
 
 impl OpenAttempt {
@@ -69,8 +73,21 @@ impl PortConfig {
         // All matches of one USB name are of one kind.
         match found.iter().find(|candidate| name.matches(candidate)) {
             Some(candidate) => node_line_kind(&candidate.path),
-            None if name.vendor() == HOKUYO_VENDOR => LineKind::Unpaced,
+            None if name.vendor() == HOKUYO_VENDOR => LineKind::Usb,
             None => LineKind::Rs232,
+        }
+    }
+
+    /// Whether the error of one line rate makes the others worth trying. On a pseudo-terminal a silent head does not: most
+    /// emulated ones have the rate of the configuration, and each try takes seconds.
+    pub(super) fn tries_other_rates(&self, error: &DeviceError) -> bool {
+        match error {
+            DeviceError::OtherUnit { .. } | DeviceError::Port { .. } => false,
+            DeviceError::WrongDevice { readable, .. } => !readable,
+            DeviceError::Silent { .. } => {
+                self.device == Device::Laser || self.line_kind() != LineKind::PseudoTerminal
+            }
+            _ => true,
         }
     }
 
@@ -85,20 +102,28 @@ impl PortConfig {
             source: error.into(),
         })?;
         let attempts_at = |node: String| {
-            let bauds = self.bauds(node_line_kind(&node)).into_iter();
-            bauds.map(move |baud| OpenAttempt {
-                node: node.clone(),
-                baud,
-            })
+            let line = node_line_kind(&node);
+            // A pan-tilt on the laser's port is recognised at its own rate alone.
+            let foreign = has_rate(line) && self.device == Device::Laser;
+            let foreign = foreign.then_some(HEAD_POWER_UP_BAUD);
+            let bauds = self.bauds(line);
+            let foreign = foreign.filter(|baud| !bauds.contains(baud));
+            let own = bauds.into_iter().map(|baud| (baud, false));
+            own.chain(foreign.map(|baud| (baud, true)))
+                .map(move |(baud, is_of_other_device)| OpenAttempt {
+                    node: node.clone(),
+                    baud,
+                    is_of_other_device,
+                })
         };
         Ok(nodes.into_iter().flat_map(attempts_at).collect())
     }
 
     fn bauds(&self, line: LineKind) -> Vec<u32> {
-        let others: &[u32] = match (line, self.device) {
-            (LineKind::Rs232, Device::Laser) => &LASER_BAUDS,
-            (LineKind::Rs232, Device::Head) => &ptu::BAUD_RATES,
-            _ => &[],
+        let others: &[u32] = match self.device {
+            _ if !has_rate(line) => &[],
+            Device::Laser => &LASER_BAUDS,
+            Device::Head => &ptu::BAUD_RATES,
         };
         let mut bauds = vec![self.baud];
         bauds.extend(others.iter().filter(|b| **b != self.baud));
@@ -202,11 +227,18 @@ fn node_line_kind(name: &str) -> LineKind {
     }
     let node = resolve_node(name);
     let node = node.to_string_lossy();
-    if node.starts_with("/dev/pts/") || node.starts_with("/dev/ttyACM") {
-        LineKind::Unpaced
+    if node.starts_with("/dev/pts/") {
+        LineKind::PseudoTerminal
+    } else if node.starts_with("/dev/ttyACM") {
+        LineKind::Usb
     } else {
         LineKind::Rs232
     }
+}
+
+/// Whether there may be a line rate.
+fn has_rate(line: LineKind) -> bool {
+    matches!(line, LineKind::Rs232 | LineKind::PseudoTerminal)
 }
 
 fn resolve_node(path: &str) -> PathBuf {
@@ -336,10 +368,62 @@ mod tests {
         let laser = port(Device::Laser, "/dev/ttyUSB7");
         assert_eq!(laser.line_kind(), LineKind::Rs232);
         assert_eq!(bauds(&laser)[..2], [9600, 19_200]);
+        let mut laser = laser;
+        laser.baud = 57_600;
+        let attempts = laser.attempts().expect("a path is tried");
+        let last = attempts.last().expect("some");
+        assert!(last.is_of_other_device && last.baud == 9600, "{last:?}");
+        let foreign = attempts.iter().filter(|attempt| attempt.is_of_other_device);
+        assert_eq!((attempts.len(), foreign.count()), (7, 1));
         let head = bauds(&port(Device::Head, "/dev/ttyS9"));
         assert_eq!(head.iter().filter(|b| **b == 9600).count(), 1);
         assert_eq!(bauds(&port(Device::Laser, "/dev/ttyACM0")), [9600]);
+        assert_eq!(bauds(&port(Device::Head, "tcp:host:1")), [9600]);
+        let terminal = port(Device::Head, "/dev/pts/7");
+        assert_eq!(terminal.line_kind(), LineKind::PseudoTerminal);
+        assert_eq!(bauds(&terminal), head);
         assert_eq!(port(Device::Laser, "tcp:host:1").line_kind(), LineKind::Tcp);
+    }
+
+    #[test]
+    fn other_rates_are_tried_where_the_rate_may_be_wrong() {
+        let wrong = |device, readable| DeviceError::WrongDevice {
+            device,
+            port: String::new(),
+            detail: String::new(),
+            readable,
+        };
+        let silent = |device| DeviceError::Silent {
+            device,
+            port: String::new(),
+            detail: String::new(),
+        };
+        let fault = DeviceError::Fault {
+            device: Device::Head,
+            port: String::new(),
+            detail: String::new(),
+        };
+        for (device, node, on_silence) in [
+            (Device::Laser, "/dev/ttyUSB7", true),
+            (Device::Head, "/dev/ttyUSB7", true),
+            (Device::Laser, "/dev/pts/7", true),
+            (Device::Head, "/dev/pts/7", false),
+        ] {
+            let port = port(device, node);
+            assert_eq!(
+                port.tries_other_rates(&silent(device)),
+                on_silence,
+                "{node}"
+            );
+            assert!(port.tries_other_rates(&wrong(device, false)));
+            assert!(!port.tries_other_rates(&wrong(device, true)));
+            assert!(port.tries_other_rates(&fault));
+            let absent = DeviceError::Port {
+                device,
+                source: PortError::NoSuchPort(String::new()),
+            };
+            assert!(!port.tries_other_rates(&absent));
+        }
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Identity and health of both devices, for `patrold devices` and the status.
 
+use super::constants::BITS_PER_BYTE;
+use super::error::DeviceError;
 use ptu::{AxisIdentity, HeadIdentity, Health};
 use scip::LaserIdentity;
 use serde::Serialize;
@@ -31,6 +33,8 @@ pub struct LaserReport {
     pub scans_per_s: f64,
     /// Self-diagnosis.
     pub status: String,
+    /// Bit rate of its line; `None`: USB or network.
+    pub line_bit_s: Option<u32>,
 }
 
 impl LaserReport {
@@ -51,6 +55,7 @@ impl LaserReport {
             beams: p.amax.saturating_sub(p.amin) + 1,
             scans_per_s: f64::from(p.scan_rpm) / 60.0,
             status: identity.status.clone(),
+            line_bit_s: identity.line_bytes_s.map(|bytes_s| bytes_s * BITS_PER_BYTE),
         }
     }
 }
@@ -125,6 +130,17 @@ impl HeadReport {
             position_trusted: trusted,
         }
     }
+}
+
+/// The device on each port, or its error: the failure of one does not hide the other.
+#[derive(Debug)]
+pub struct DeviceSurvey {
+    /// The laser.
+    pub laser: Result<LaserReport, DeviceError>,
+    /// The head.
+    pub ptu: Result<HeadReport, DeviceError>,
+    /// How a sweep differs from the configured one, one line each; none if a device failed.
+    pub sweep_notes: Vec<String>,
 }
 
 /// Both devices.

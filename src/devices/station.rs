@@ -9,17 +9,17 @@ mod watch;
 
 use self::start_pose::StartPose;
 use super::cancel::Cancel;
-use super::constants::{BITS_PER_BYTE, CONNECT_LIMIT, DEVICES_READY_LIMIT, HEALTH_LIMIT};
+use super::constants::{CONNECT_LIMIT, DEVICES_READY_LIMIT, HEALTH_LIMIT};
 use super::device_links::{DeviceLinks, PortMessage, PortThreads};
 use super::device_state::{DeviceNote, DeviceState};
 use super::error::{Device, DeviceError};
 use super::head::{HeadCommand, HeadEvent};
 use super::plan::{HeadFacts, LaserFacts, SweepPlan, SweepRequest};
 use super::port::PortEvent;
-use super::port_config::{LineKind, PortConfig, configured_ports};
+use super::port_config::{PortConfig, configured_ports};
 use super::position_trust::PositionTrust;
 use super::recording::{DialogueEnd, DialogueEntryKind, DialogueTap, encode_plan};
-use super::report::{DevicesReport, HeadReport, LaserReport};
+use super::report::{DeviceSurvey, DevicesReport, HeadReport, LaserReport};
 use super::sweep_run::{PortNames, SweepAction, SweepRun};
 use crate::config::{PtuConfig, Settings};
 use link::Clock;
@@ -100,35 +100,36 @@ impl Station {
         }
     }
 
-    /// The device on each port, or its error: the failure of one does not hide the other.
+    /// The device on each port, or its error, and how a sweep on them differs from the configured one.
     ///
     /// # Errors
     /// [`DeviceError::NoThread`] and [`DeviceError::Cancelled`] only.
-    #[allow(
-        clippy::type_complexity,
-        reason = "two results, each with its own error"
-    )]
     pub fn survey(
         settings: &Settings,
         clock: Clock,
         notes: Sender<DeviceNote>,
         cancel: &Cancel,
-    ) -> Result<
-        (
-            Result<LaserReport, DeviceError>,
-            Result<HeadReport, DeviceError>,
-        ),
-        DeviceError,
-    > {
+    ) -> Result<DeviceSurvey, DeviceError> {
         let (laser, head) = configured_ports(settings);
         let links = Box::new(PortThreads::spawn(laser, head, clock)?);
         let mut station = Self::with_links(links, settings, notes, &PositionTrust::default());
         station.wait_for_both(true, cancel)?;
         let (laser, head) = station.state.failures();
-        Ok((
-            laser.map_or_else(|| station.laser_report(), Err),
-            head.map_or_else(|| station.head_report(cancel), Err),
-        ))
+        let laser = laser.map_or_else(|| station.laser_report(), Err);
+        let ptu = head.map_or_else(|| station.head_report(cancel), Err);
+        let request = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
+        let sweep_notes = match (&laser, &ptu) {
+            (Ok(_), Ok(_)) => match station.plan(&request) {
+                Ok(plan) => plan.notes,
+                Err(error) => vec![error.to_string()],
+            },
+            _ => Vec::new(),
+        };
+        Ok(DeviceSurvey {
+            laser,
+            ptu,
+            sweep_notes,
+        })
     }
 
     fn with_links(
@@ -358,10 +359,7 @@ impl Station {
     }
 
     fn plan(&mut self, request: &SweepRequest) -> Result<SweepPlan, DeviceError> {
-        let parameters = self.state.laser()?.parameters;
-        // The line rate found by the search may differ; plan for the configured one.
-        let has_rate = self.laser_port.line_kind() == LineKind::Rs232;
-        let line_bytes_s = has_rate.then_some(self.laser_port.baud / BITS_PER_BYTE);
+        let laser = LaserFacts::new(self.state.laser()?);
         SweepPlan::new(
             request,
             &HeadFacts {
@@ -369,10 +367,7 @@ impl Station {
                 settings: &self.ptu,
                 port: &self.head_port.name,
             },
-            LaserFacts {
-                parameters,
-                line_bytes_s,
-            },
+            laser,
         )
     }
 

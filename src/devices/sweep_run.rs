@@ -220,6 +220,7 @@ impl SweepRun {
             | E::WrongSumsTolerated { .. }
             | E::Recovered { timer_reset: false }
             | E::VerifiedNormal
+            | E::BitRateKept { .. }
             | E::Streaming => {}
         }
     }

@@ -18,6 +18,14 @@ pub trait Link: Send {
     /// [`LinkError::Disconnected`] if the device has gone, [`LinkError::Io`] for the rest.
     fn write_all(&mut self, bytes: &[u8], timeout: Duration) -> Result<(), LinkError>;
 
+    /// Changes the line rate, bit/s. Does nothing where there is none.
+    ///
+    /// # Errors
+    /// [`LinkError::Io`] if the port does not support it, [`LinkError::Disconnected`] if it is gone.
+    fn set_baud(&mut self, _baud: u32) -> Result<(), LinkError> {
+        Ok(())
+    }
+
     /// The path or address the link was opened with, for messages.
     fn name(&self) -> &str;
 }
@@ -29,6 +37,10 @@ impl<L: Link + ?Sized> Link for Box<L> {
 
     fn write_all(&mut self, bytes: &[u8], timeout: Duration) -> Result<(), LinkError> {
         (**self).write_all(bytes, timeout)
+    }
+
+    fn set_baud(&mut self, baud: u32) -> Result<(), LinkError> {
+        (**self).set_baud(baud)
     }
 
     fn name(&self) -> &str {

@@ -19,6 +19,9 @@ use crate::LinkError;
 /// How often to check whether a client died while it held the terminal.
 const CLIENT_CHECK_EVERY: Duration = Duration::from_millis(500);
 
+/// Line rate of a new terminal, bit/s: one that no client sets, so that a set one is known.
+const UNSET_BAUD: u32 = 50;
+
 /// A pseudo-terminal, seen from the device. Clients open [`PseudoTerminal::slave_path`] or the link to it like a serial port.
 pub struct PseudoTerminal {
     link_path: Option<PathBuf>,
@@ -70,6 +73,13 @@ impl PseudoTerminal {
         self.ends.is_some()
     }
 
+    /// The line rate that a client has set, bit/s; `None`: none so far.
+    #[must_use]
+    pub fn client_baud(&self) -> Option<u32> {
+        let settings = tcgetattr(&self.ends.as_ref()?.slave).ok()?;
+        Some(settings.output_speed()).filter(|baud| *baud != UNSET_BAUD)
+    }
+
     /// Reads what the client has sent, without waiting. 0 means nothing.
     ///
     /// # Errors
@@ -86,8 +96,7 @@ impl PseudoTerminal {
         }
     }
 
-    /// Sends to the client without waiting. What the terminal's buffer cannot hold is dropped, as on a serial line. Returns the
-    /// number of bytes sent.
+    /// Sends to the client without waiting, as much as the terminal's buffer holds. Returns the number of bytes sent.
     ///
     /// # Errors
     /// [`LinkError::Io`] for faults of the system.
@@ -215,6 +224,9 @@ fn open_pair() -> Result<(PathBuf, TerminalEnds), LinkError> {
         .map_err(fault)?;
     let mut settings = tcgetattr(&slave).map_err(|e| fault(e.into()))?;
     settings.make_raw();
+    settings
+        .set_speed(UNSET_BAUD)
+        .map_err(|e| fault(e.into()))?;
     tcsetattr(&slave, OptionalActions::Now, &settings).map_err(|e| fault(e.into()))?;
     tcflush(&slave, QueueSelector::IOFlush).map_err(|e| fault(e.into()))?;
     let flags = fcntl_getfl(&master).map_err(|e| fault(e.into()))?;
@@ -331,6 +343,17 @@ mod tests {
         let flood = vec![b'#'; 1 << 18];
         let taken = device.write(&flood).expect("does not block");
         assert!(taken < flood.len());
+    }
+
+    #[test]
+    fn the_rate_that_a_client_sets_is_known() {
+        let device = PseudoTerminal::open(None).expect("opens");
+        assert_eq!(device.client_baud(), None);
+        let path = device.slave_path().to_string_lossy().into_owned();
+        let mut host = SerialLink::open(&path, 19_200).expect("opens");
+        assert_eq!(device.client_baud(), Some(19_200));
+        host.set_baud(250_000).expect("set");
+        assert_eq!(device.client_baud(), Some(250_000));
     }
 
     #[test]

@@ -58,16 +58,6 @@ impl SerialLink {
         })
     }
 
-    /// Changes the baud rate of the open port.
-    ///
-    /// # Errors
-    /// [`LinkError::Io`] if the port does not support it, [`LinkError::Disconnected`] if it is gone.
-    pub fn set_baud(&mut self, baud: u32) -> Result<(), LinkError> {
-        self.port
-            .set_baud_rate(baud)
-            .map_err(|e| LinkError::on_transfer(&self.name, e.into()))
-    }
-
     /// Waits until the port is ready for `flags`, or has a fault that the next transfer will report; false on timeout.
     fn wait(&self, flags: PollFlags, timeout: Duration) -> Result<bool, LinkError> {
         let mut fds = [PollFd::new(&self.node, flags)];
@@ -109,6 +99,12 @@ fn lock(path: &str) -> Result<File, LinkError> {
 }
 
 impl Link for SerialLink {
+    fn set_baud(&mut self, baud: u32) -> Result<(), LinkError> {
+        self.port
+            .set_baud_rate(baud)
+            .map_err(|e| LinkError::on_transfer(&self.name, e.into()))
+    }
+
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, LinkError> {
         if buffer.is_empty() || !self.wait(PollFlags::IN, timeout)? {
             return Ok(0);

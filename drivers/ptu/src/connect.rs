@@ -209,6 +209,9 @@ impl PtuDriver {
 
     pub(crate) fn preamble_timed_out(&mut self, now: Duration) {
         match self.in_flight.map(|f| f.command) {
+            _ if self.options.gives_up_on_garbage && self.heard.is_garbage() => {
+                self.go_offline(self.heard.error());
+            }
             Some(PtuCommand::EchoOff | PtuCommand::Terse) => self.handle_preamble_reply("", now),
             _ => self.attempt_failed(self.heard.error(), now),
         }

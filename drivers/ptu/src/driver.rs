@@ -21,6 +21,8 @@ pub struct PtuOptions {
     pub network_rescue: bool,
     /// Attempts to connect.
     pub attempts: u32,
+    /// The first attempt is the last one where what came is no text: another line rate is to be tried.
+    pub gives_up_on_garbage: bool,
 }
 
 impl Default for PtuOptions {
@@ -29,6 +31,7 @@ impl Default for PtuOptions {
             baud: 9600,
             network_rescue: false,
             attempts: MAX_TRIES,
+            gives_up_on_garbage: false,
         }
     }
 }

@@ -91,25 +91,39 @@ impl HeardBytes {
         }
     }
 
+    /// Bytes came, and most are no text.
+    pub(crate) fn is_garbage(&self) -> bool {
+        self.total > 0 && self.unprintable as f64 >= MIN_UNPRINTABLE_SHARE * self.total as f64
+    }
+
     fn line(&self) -> HeadLine {
-        if self.unprintable as f64 >= MIN_UNPRINTABLE_SHARE * self.total as f64 {
+        if self.is_garbage() {
             return HeadLine::NotText;
         }
         let lines: Vec<&[u8]> = self
             .first
             .split(|byte| matches!(byte, b'\r' | b'\n'))
+            .filter(|line| !line.trim_ascii().is_empty())
             .collect();
         if self.is_loopback() {
             HeadLine::Loopback
         } else if lines.iter().any(|line| is_modem(line.trim_ascii())) {
             HeadLine::Modem
-        } else if lines.iter().any(|line| is_laser(line)) {
+        } else if lines.iter().any(|line| is_laser(line)) || self.has_old_status(&lines) {
             HeadLine::Laser
         } else if lines.iter().any(|line| is_reply(line)) {
             HeadLine::OtherReplies
         } else {
             HeadLine::OtherText
         }
+    }
+
+    /// A status of SCIP 1.1: a single character after the echo of what was sent.
+    fn has_old_status(&self, lines: &[&[u8]]) -> bool {
+        lines.windows(2).any(|pair| {
+            let echo = pair[0].trim_ascii();
+            matches!(pair[1], b"E" | b"0") && self.sent.windows(echo.len()).any(|s| s == echo)
+        })
     }
 
     /// Whether all that came is what was sent, in the same order, at least half of it. Spaces and line ends do not count.
@@ -191,6 +205,8 @@ mod tests {
             (b"V\r\n", HeadLine::OtherText),
             (b"   ED FT V\n0Ee\n\n", HeadLine::Laser),
             (b"   ED FT V\n0Ef\n\n", HeadLine::OtherText),
+            (b"   ED FT V\nE\n\n", HeadLine::Laser),
+            (b"hello\nE\n\n", HeadLine::OtherText),
             (b"MD0044072501000\n99b\n", HeadLine::Laser),
             (b"MD00440725010001\n", HeadLine::OtherText),
             (b"V ! Illegal command\r\n", HeadLine::OtherReplies),

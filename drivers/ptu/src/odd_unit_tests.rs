@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use crate::test_rig::{PtuTestRig, ScriptedReplies};
-use crate::{AxisLimits, HeadError, HeadLine, PtuEvent};
+use crate::{AxisLimits, HeadError, HeadLine, PtuDriver, PtuEvent, PtuOptions};
 
 /// How an odd unit or line answers the bytes that were sent.
 type Answer<'a> = &'a mut dyn FnMut(&mut PtuTestRig, &[u8]);
@@ -232,4 +232,31 @@ fn a_unit_that_starts_while_it_is_asked_is_waited_for() {
         panic!("{event:?}")
     };
     assert!(identity.calibration_seen);
+}
+
+#[test]
+fn while_a_rate_is_searched_garbage_ends_the_attempt() {
+    for (bytes, within_ms) in [(&b"\xf8\x80\x00"[..], 900), (b"* \r\n", 10_000)] {
+        let mut rig = PtuTestRig::new();
+        rig.driver = PtuDriver::new(PtuOptions {
+            gives_up_on_garbage: true,
+            ..PtuOptions::default()
+        });
+        let began = rig.now;
+        rig.driver.connect(rig.now);
+        while rig.driver.deadline().is_some() {
+            for _ in rig.take_sent() {
+                rig.feed(bytes);
+            }
+            rig.pass_deadline();
+        }
+        rig.take_sent();
+        assert!(matches!(
+            rig.events[..],
+            [PtuEvent::Fault(HeadError::NotAHead { .. })]
+        ));
+        let took = rig.now - began;
+        assert!(took < Duration::from_millis(within_ms), "{took:?}");
+        assert_eq!(within_ms > 900, took > Duration::from_secs(2), "{took:?}");
+    }
 }

@@ -52,3 +52,9 @@ pub(crate) const EXCERPT_BYTES: usize = 40;
 /// Share of bytes that no text has (neither printable ASCII nor CR, LF, tab) from which a line is no text. Own choice: a
 /// wrong line rate or noise spoils most bytes, a bad contact one in a hundred.
 pub(crate) const MIN_UNPRINTABLE_SHARE: f64 = 0.1;
+
+/// Bits on a serial line per byte, 8N1 (scip2 section 2).
+pub(crate) const BITS_PER_BYTE: u32 = 10;
+
+/// Wait between the reply to `SS` and the first request at the new rate (scip2 section 6).
+pub(crate) const BIT_RATE_PAUSE: std::time::Duration = std::time::Duration::from_millis(150);

@@ -28,6 +28,11 @@ impl ScipMessage {
         Framer::default().take(&mut &*bytes, at)
     }
 
+    /// Bytes of its lines, each with its LF.
+    pub(crate) fn len(&self) -> usize {
+        self.bytes.len()
+    }
+
     /// All lines, without their LF.
     pub fn lines(&self) -> impl Iterator<Item = &[u8]> {
         let body = self.bytes.strip_suffix(&[LF]).unwrap_or(&self.bytes);
@@ -252,15 +257,19 @@ mod tests {
 
     #[test]
     fn endless_short_lines_are_dropped_too() {
-        let mut framer = Framer::default();
-        for _ in 0..100_000 {
-            assert!(messages(&mut framer, b"abc\n", Duration::ZERO).is_empty());
-            assert!(framer.held_bytes() <= MAX_MESSAGE_BYTES);
+        // Lines that meet the limit exactly, and lines that step over it.
+        for line in [&b"abc\n"[..], b"abcdef\n"] {
+            let mut framer = Framer::default();
+            for _ in 0..10_000 {
+                assert!(messages(&mut framer, line, Duration::ZERO).is_empty());
+                assert!(framer.held_bytes() <= MAX_MESSAGE_BYTES);
+            }
+            assert_eq!(framer.overruns(), 1);
+            assert_eq!(
+                messages(&mut framer, b"\nQT\n00P\n\n", Duration::ZERO).len(),
+                1
+            );
         }
-        assert_eq!(
-            messages(&mut framer, b"\nQT\n00P\n\n", Duration::ZERO).len(),
-            1
-        );
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub enum ScipCommand {
     TimeRead,
     /// `TM2`: leave time adjust.
     TimeLeave,
+    /// `SS`: bit rate of the serial line.
+    BitRate,
     /// `MD`, `MS`, `ME`: scans as they come.
     Stream,
 }
@@ -40,6 +42,7 @@ impl fmt::Display for ScipCommand {
             Self::TimeEnter => "TM0",
             Self::TimeRead => "TM1",
             Self::TimeLeave => "TM2",
+            Self::BitRate => "SS",
             Self::Stream => "MD/MS/ME",
         })
     }

@@ -142,6 +142,57 @@ fn what_is_no_laser_is_named_with_an_excerpt_and_a_remedy() {
 }
 
 #[test]
+fn while_a_rate_is_searched_garbage_ends_the_attempt_and_silence_does_not() {
+    let options = ScipOptions {
+        gives_up_on_garbage: true,
+        ..ScipOptions::default()
+    };
+    for (bytes, took_s) in [(&b"\xf8\x80\x00"[..], 1), (b"", 6), (b"hello\n", 6)] {
+        let mut driver = ScipDriver::new(options.clone());
+        driver.connect(Duration::ZERO);
+        let (events, took) = run(&mut driver, &mut |_| bytes.to_vec());
+        assert!(matches!(
+            events.last(),
+            Some(LaserEvent::ConnectionFailed(_))
+        ));
+        let late = took.saturating_sub(Duration::from_secs(took_s));
+        assert!(took >= Duration::from_secs(took_s) && late < Duration::from_millis(200));
+    }
+}
+
+#[test]
+fn a_rate_that_is_only_tried_is_given_up_soon_and_a_sensor_there_has_all_its_time() {
+    let options = ScipOptions {
+        probe: Some((Duration::from_millis(400), 1)),
+        ..ScipOptions::default()
+    };
+    let mut driver = ScipDriver::new(options.clone());
+    driver.connect(Duration::ZERO);
+    let (_, took) = run(&mut driver, &mut |_| Vec::new());
+    assert_eq!(
+        took,
+        Duration::from_millis(800),
+        "QT and SCIP2.0, once each"
+    );
+    // The second and the third answer are lost, and come after a second each.
+    let mut driver = ScipDriver::new(options);
+    driver.connect(Duration::ZERO);
+    let mut lost = 0;
+    let (events, took) = run(&mut driver, &mut |request| {
+        if request == "VV" && lost < 2 {
+            lost += 1;
+            return Vec::new();
+        }
+        urg(request)
+    });
+    assert!(
+        matches!(events.last(), Some(LaserEvent::Connected(_))),
+        "{events:?}"
+    );
+    assert!(took > Duration::from_secs(2), "{took:?}");
+}
+
+#[test]
 fn a_mute_line_is_silent() {
     let error = fault(|_| Vec::new());
     assert!(matches!(error, ScipError::NoReply { .. }), "{error}");

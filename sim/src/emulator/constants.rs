@@ -15,5 +15,11 @@ pub(crate) const MAX_PENDING_UNPLUGS: usize = 64;
 /// Time from one unplugging to the next, unless the fault has its own.
 pub(super) const UNPLUG_PERIOD: Duration = Duration::from_secs(1);
 
+/// Output held for a client that does not read, bytes: one large reply.
+pub(super) const MAX_HELD_BYTES: usize = 8192;
+
+/// Wall time between two attempts to write what is held.
+pub(super) const HELD_RETRY: Duration = Duration::from_millis(2);
+
 /// Shortest time-out that a socket accepts.
 pub(crate) const MIN_SOCKET_TIMEOUT: Duration = Duration::from_micros(1);

@@ -193,6 +193,16 @@ impl Emulation {
         earlier(self.head.next_event(), self.head_plug.next_event())
     }
 
+    /// The host has its end of the laser's line at this rate, bit/s.
+    pub fn set_laser_host_baud(&mut self, baud: u32) {
+        self.laser.set_host_baud(baud);
+    }
+
+    /// The host has its end of the head's line at this rate, bit/s.
+    pub fn set_head_host_baud(&mut self, baud: u32) {
+        self.head.set_host_baud(Some(baud));
+    }
+
     /// The instant that it has advanced to.
     pub fn now(&self) -> Duration {
         self.now

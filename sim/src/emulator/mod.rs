@@ -6,6 +6,7 @@ mod emulation;
 mod on_ports;
 mod error;
 mod fault;
+mod held_output;
 mod plug;
 mod port;
 

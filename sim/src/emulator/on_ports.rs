@@ -1,9 +1,10 @@
 //! The emulated devices on pseudo-terminals (optionally on TCP) in the time of a clock: a thread for each port.
 
-use super::constants::POLL_INTERVAL;
+use super::constants::{HELD_RETRY, POLL_INTERVAL};
 use super::emulation::Emulation;
 use super::error::EmulatorError;
 use super::fault::EmulatedFault;
+use super::held_output::HeldOutput;
 use super::port::{EmulatedPort, TcpPort, open_terminal};
 use crate::world::{Pose2d, World};
 use link::Clock;
@@ -178,6 +179,7 @@ struct DeviceAccess {
     handle: fn(&mut Emulation, &[u8], Duration),
     poll: fn(&mut Emulation) -> Option<TimedBytes>,
     next: fn(&Emulation) -> Option<Duration>,
+    set_host_baud: fn(&mut Emulation, u32),
 }
 
 impl DeviceAccess {
@@ -186,52 +188,68 @@ impl DeviceAccess {
         handle: Emulation::handle_laser_bytes,
         poll: Emulation::poll_laser,
         next: Emulation::next_laser_event,
+        set_host_baud: Emulation::set_laser_host_baud,
     };
     const HEAD: Self = Self {
         plug: |emulation| (emulation.head_plugged_in(), emulation.head_link()),
         handle: Emulation::handle_head_bytes,
         poll: Emulation::poll_head,
         next: Emulation::next_head_event,
+        set_host_baud: Emulation::set_head_host_baud,
     };
 }
 
 fn serve(shared: &Shared, mut port: Box<dyn EmulatedPort>, device: &DeviceAccess) {
     let mut buffer = [0; 4096];
     let mut due = Duration::ZERO;
+    let mut held = HeldOutput::default();
     while !shared.stop.load(Ordering::Relaxed) {
         let timeout = shared
             .clock
             .wall_time(due.saturating_sub(shared.clock.now()));
+        let timeout = if held.bytes().is_empty() {
+            timeout.min(POLL_INTERVAL)
+        } else {
+            HELD_RETRY
+        };
         // A port that fails (no terminals left) is as one without a client: the device goes on.
-        let received = match port.wait(timeout.min(POLL_INTERVAL)) {
+        let received = match port.wait(timeout) {
             Ok(()) => port.read(&mut buffer).unwrap_or(0),
             Err(_) => 0,
         };
         let mut emulation = locked(&shared.emulation);
         let now = shared.clock.now();
+        if let Some(baud) = port.client_baud() {
+            (device.set_host_baud)(&mut emulation, baud);
+        }
         if received > 0 {
             let bytes = buffer.get(..received).unwrap_or_default();
             (device.handle)(&mut emulation, bytes, now);
         }
         emulation.advance(now);
         let mut late = None;
-        let mut out = Vec::new();
-        while let Some((at, bytes)) = (device.poll)(&mut emulation) {
+        while held.has_room()
+            && let Some((at, bytes)) = (device.poll)(&mut emulation)
+        {
             late = late.max(Some(now.saturating_sub(at)));
-            out.extend(bytes);
+            held.add(&bytes);
         }
         due = (device.next)(&emulation).unwrap_or(Duration::MAX);
         let (plugged_in, link) = (device.plug)(&emulation);
         match (plugged_in, port.is_plugged_in()) {
-            (false, true) => port.hang_up(),
+            (false, true) => {
+                port.hang_up();
+                held.clear();
+            }
             // Where it fails (its name is taken), the next round tries again.
             (true, false) => drop(port.plug_in(link)),
             _ => {}
         }
         drop(emulation);
-        if !out.is_empty() {
+        if !held.bytes().is_empty() {
             // A port that fails, as above.
-            let _ = port.write(&out);
+            let count = port.write(held.bytes()).unwrap_or(0);
+            held.taken(count);
         }
         if let Some(late) = late {
             locked(&shared.lag).add(late);

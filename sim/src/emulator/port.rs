@@ -15,8 +15,12 @@ pub(super) trait EmulatedPort: Send {
     fn wait(&mut self, timeout: Duration) -> Result<(), LinkError>;
     /// Reads the bytes that have arrived; 0 is none.
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, LinkError>;
-    /// Sends; bytes that no client takes are lost.
-    fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError>;
+    /// Sends what the client can take now; returns how many bytes.
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, LinkError>;
+    /// The line rate that the client has set, bit/s; `None`: unknown, or there is none.
+    fn client_baud(&self) -> Option<u32> {
+        None
+    }
     /// Whether clients can open it.
     fn is_plugged_in(&self) -> bool;
     /// Disappears, as an unplugged port does: its client gets a hang-up.
@@ -43,8 +47,12 @@ impl EmulatedPort for PseudoTerminal {
         self.read_available(buffer)
     }
 
-    fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        PseudoTerminal::write(self, bytes).map(|_| ())
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, LinkError> {
+        PseudoTerminal::write(self, bytes)
+    }
+
+    fn client_baud(&self) -> Option<u32> {
+        PseudoTerminal::client_baud(self)
     }
 
     fn is_plugged_in(&self) -> bool {
@@ -146,16 +154,24 @@ impl EmulatedPort for TcpPort {
         Ok(count)
     }
 
-    fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        if let Some(client) = &mut self.client
-            && client
-                .set_write_timeout(Some(POLL_INTERVAL))
-                .and_then(|()| client.write_all(bytes))
-                .is_err()
-        {
-            self.client = None;
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, LinkError> {
+        // Without a client nothing is held.
+        let Some(client) = &mut self.client else {
+            return Ok(bytes.len());
+        };
+        let written = client
+            .set_write_timeout(Some(POLL_INTERVAL))
+            .and_then(|()| client.write(bytes));
+        match written {
+            Ok(count) => Ok(count),
+            Err(error) => match error.kind() {
+                ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => Ok(0),
+                _ => {
+                    self.client = None;
+                    Ok(bytes.len())
+                }
+            },
         }
-        Ok(())
     }
 
     fn is_plugged_in(&self) -> bool {

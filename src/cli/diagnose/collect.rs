@@ -2,6 +2,7 @@
 
 use crate::cli::alarm_report::alarm_json;
 use crate::cli::config::settings_json;
+use crate::cli::devices::device_json;
 use crate::cli::failure::Failure;
 use crate::cli::{signals, status};
 use crate::config::{Settings, load, load_leniently};
@@ -115,11 +116,11 @@ fn devices(settings: &Settings) -> Result<Vec<u8>, Failure> {
     if !is_running {
         let (notes, _) = mpsc::channel();
         let cancel = signals::cancel_on_signal()?;
-        let (laser, head) =
+        let survey =
             Station::survey(settings, Clock::real(), notes, &cancel).map_err(Failure::failed)?;
-        found["laser"] =
-            laser.map_or_else(|error| json!({"error": error.to_string()}), |r| json!(r));
-        found["ptu"] = head.map_or_else(|error| json!({"error": error.to_string()}), |r| json!(r));
+        found["laser"] = device_json(&survey.laser, &settings.laser.port);
+        found["ptu"] = device_json(&survey.ptu, &settings.ptu.port);
+        found["sweep_notes"] = json!(survey.sweep_notes);
     }
     one(&found)
 }

@@ -96,13 +96,13 @@ pub(super) fn find(
         };
         (settings.laser.port, settings.ptu.port) = (laser_port, head_port);
         let (notes, _) = mpsc::channel();
-        let (of_laser, of_head) =
+        let survey =
             Station::survey(&settings, clock.clone(), notes, cancel).map_err(Failure::failed)?;
-        match of_laser {
+        match survey.laser {
             Ok(report) => laser = Some(report),
             Err(error) => drop(first_errors[0].get_or_insert(error)),
         }
-        match of_head {
+        match survey.ptu {
             Ok(report) => head = Some(report),
             Err(error) => drop(first_errors[1].get_or_insert(error)),
         }

@@ -43,6 +43,12 @@ impl std::fmt::Debug for Schedule {
     }
 }
 
+/// What a driver does to its line.
+enum LineInput<'a> {
+    Bytes(&'a [u8]),
+    BitRate(u32),
+}
+
 /// A port: open with its driver, or closed until `open_at`.
 #[derive(Debug)]
 struct VirtualPort<D> {
@@ -119,13 +125,14 @@ impl<D: DeviceDriver> VirtualPort<D> {
     fn drain(
         &mut self,
         now: Duration,
-        mut send: impl FnMut(&[u8]),
+        mut send: impl FnMut(LineInput<'_>),
         mut report: impl FnMut(PortEvent<D::Event>),
     ) {
         let mut end = None;
         while let Some(output) = self.driver.as_mut().and_then(RecordedDriver::poll) {
             match output {
-                DriverOutput::Send(bytes) => send(&bytes),
+                DriverOutput::Send(bytes) => send(LineInput::Bytes(&bytes)),
+                DriverOutput::SetBitRate(bit_s) => send(LineInput::BitRate(bit_s)),
                 DriverOutput::Event(_) if end.is_some() => {}
                 DriverOutput::Event(event) => {
                     if D::is_sign_of_life(&event) {
@@ -152,7 +159,10 @@ impl EmulatedState {
             messages.extend(seen.map(PortMessage::Laser));
             line.drain(
                 now,
-                |bytes| emulation.handle_laser_bytes(bytes, now),
+                |input| match input {
+                    LineInput::Bytes(bytes) => emulation.handle_laser_bytes(bytes, now),
+                    LineInput::BitRate(bit_s) => emulation.set_laser_host_baud(bit_s),
+                },
                 |event| messages.push_back(PortMessage::Laser(event)),
             );
         }
@@ -161,7 +171,10 @@ impl EmulatedState {
             messages.extend(seen.map(PortMessage::Head));
             line.drain(
                 now,
-                |bytes| emulation.handle_head_bytes(bytes, now),
+                |input| match input {
+                    LineInput::Bytes(bytes) => emulation.handle_head_bytes(bytes, now),
+                    LineInput::BitRate(bit_s) => emulation.set_head_host_baud(bit_s),
+                },
                 |event| messages.push_back(PortMessage::Head(event)),
             );
         }

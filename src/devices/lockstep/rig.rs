@@ -31,6 +31,7 @@ pub(crate) struct TestRig {
     pub now: Duration,
     pub identity: Option<ptu::HeadIdentity>,
     pub parameters: Option<scip::LaserParameters>,
+    pub line_bytes_s: Option<u32>,
 }
 
 fn port(device: Device) -> PortConfig {
@@ -56,12 +57,18 @@ impl TestRig {
             now: Duration::ZERO,
             identity: None,
             parameters: None,
+            line_bytes_s: None,
         }
     }
 
     /// Connected and homed, in the middle of [`ROOM`].
     pub(crate) fn ready(options: EmulationOptions) -> Self {
         Self::new(options).connect_and_home()
+    }
+
+    /// Connected and homed, in this scene.
+    pub(crate) fn ready_in(options: EmulationOptions, scene: &str) -> Self {
+        Self::in_scene(options, &Scene::parse(scene).expect("a scene")).connect_and_home()
     }
 
     /// Connected and homed, in a shipped scene.
@@ -82,6 +89,7 @@ impl TestRig {
                 match event {
                     DriverEvent::Laser(scip::LaserEvent::Connected(identity)) => {
                         rig.parameters = Some(identity.parameters);
+                        rig.line_bytes_s = identity.line_bytes_s;
                     }
                     DriverEvent::Head(HeadEvent::Ptu(ptu::PtuEvent::Connected(identity))) => {
                         rig.identity = Some(*identity);
@@ -149,12 +157,14 @@ impl TestRig {
         while let Some(output) = self.laser.poll() {
             match output {
                 DriverOutput::Send(bytes) => self.emulation.handle_laser_bytes(&bytes, self.now),
+                DriverOutput::SetBitRate(bit_s) => self.emulation.set_laser_host_baud(bit_s),
                 DriverOutput::Event(event) => events.push(DriverEvent::Laser(event)),
             }
         }
         while let Some(output) = self.head.poll() {
             match output {
                 DriverOutput::Send(bytes) => self.emulation.handle_head_bytes(&bytes, self.now),
+                DriverOutput::SetBitRate(bit_s) => self.emulation.set_head_host_baud(bit_s),
                 DriverOutput::Event(event) => events.push(DriverEvent::Head(event)),
             }
         }
@@ -183,7 +193,7 @@ impl TestRig {
             },
             LaserFacts {
                 parameters: self.parameters.expect("connected"),
-                line_bytes_s: None,
+                line_bytes_s: self.line_bytes_s,
             },
         )
     }

@@ -1,10 +1,12 @@
 //! Complete sweeps of a room with known walls.
 
 use super::rig::TestRig;
-use crate::config::SweepMode;
+use crate::config::{Settings, SweepMode};
 use patrold_engine::sweep::{Sweep, assemble};
 use patrold_sim::emulator::EmulationOptions;
 use patrold_sim::world::NoiseOptions;
+use scip::emulator::LaserLink;
+use std::f64::consts::PI;
 use std::time::Duration;
 
 /// Distances of the points from the nearest wall of the room, metres, sorted; base frame of the middle at 0.4 m.
@@ -132,6 +134,84 @@ fn a_timer_about_to_wrap_and_a_scip_2_sensor_change_nothing() {
         .collect();
     assert!(stamps.windows(2).all(|w| w[1] > w[0]));
     assert_eq!(sweep.quality.fault(0.05), None, "{:?}", sweep.quality);
+}
+
+#[test]
+fn a_slow_line_gives_whole_sweeps_of_fewer_beams() {
+    for (baud, cluster, lines) in [
+        (115_200, 2, 120..=122),
+        (57_600, 2, 120..=122),
+        (19_200, 4, 90..=100),
+    ] {
+        let mut options = ideal();
+        options.laser.link = LaserLink::Serial { baud };
+        let errors = take(options, SweepMode::Continuous, &[0.0], false);
+        let quality = &errors.sweep.quality;
+        assert!(
+            lines.contains(&quality.lines_expected),
+            "{baud}: {quality:?}"
+        );
+        assert!(
+            quality.lines_got + 1 >= quality.lines_expected,
+            "{baud}: {quality:?}"
+        );
+        let beams = errors.sweep.view.points.len() / quality.lines_got as usize;
+        assert!(
+            (600 / cluster..=682 / cluster).contains(&beams),
+            "{baud}: {beams}"
+        );
+        // The nearest of some neighbours stands for them: on a slanting wall it is nearer.
+        assert!(errors.median_mm < 25.0, "{baud}: {}", errors.median_mm);
+    }
+}
+
+/// The room with a box 1 m to the left of the robot, on the floor.
+const BOX_ON_THE_LEFT: &str = "[robot]\nheight_m = 0.4\n[[room]]\nname = \"room\"\ncentre = [0.0, 0.0, 1.2]\n\
+    size = [4.0, 3.0, 2.4]\n[[box]]\nname = \"crate\"\ncentre = [0.6, 1.0, 0.3]\nsize = [0.4, 0.4, 0.6]\n";
+
+#[test]
+fn the_cloud_of_a_laser_mounted_upside_down_is_right_with_its_roll_and_mirrored_without() {
+    let mut options = ideal();
+    options.mount.laser_rpy.roll_rad = PI;
+    let mut rig = TestRig::ready_in(options, BOX_ON_THE_LEFT);
+    // Points of the crate in front of the walls: on the left, and at the same place on the right.
+    let on_crate = |sweep: &Sweep| {
+        let inside = |side: f64| {
+            let points = sweep.view.points.iter();
+            points
+                .filter(|p| (p.x - 0.6).abs() < 0.25 && (side * p.y - 0.85).abs() < 0.1)
+                .filter(|p| p.z > -0.3 && p.z < 0.25)
+                .count()
+        };
+        (inside(1.0), inside(-1.0))
+    };
+    let mut sweep_with_roll = |roll_deg: f64| {
+        let mut settings = Settings::defaults();
+        settings.mount.laser_rpy_rad = [roll_deg.to_radians(), 0.0, 0.0];
+        let mut request = TestRig::request(SweepMode::Continuous);
+        request.mount = settings.mount.chain();
+        let raw = rig.sweep(&request, |_, _, _| {}).expect("a sweep");
+        assemble(&raw).expect("assembles")
+    };
+    let right = sweep_with_roll(180.0);
+    let (left_points, right_points) = on_crate(&right);
+    assert!(
+        left_points > 200 && right_points == 0,
+        "{left_points} {right_points}"
+    );
+    // Up is up: the floor is 0.4 m below the base, and nothing is lower.
+    let lowest = right
+        .view
+        .points
+        .iter()
+        .map(|p| p.z)
+        .fold(f64::INFINITY, f64::min);
+    assert!((lowest + 0.4).abs() < 0.02, "{lowest}");
+    let (left_points, right_points) = on_crate(&sweep_with_roll(0.0));
+    assert!(
+        left_points == 0 && right_points > 200,
+        "{left_points} {right_points}"
+    );
 }
 
 #[test]

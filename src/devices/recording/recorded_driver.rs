@@ -67,6 +67,8 @@ impl<D: DeviceDriver> RecordedDriver<D> {
                 self.note(&kind, self.now, Some(bytes));
             }
             Some(DriverOutput::Event(_)) => self.tap.note_spoken(self.device),
+            // A part of connecting, of which nothing is recorded.
+            Some(DriverOutput::SetBitRate(_)) => {}
             None => self.tap.join(self.device, || self.driver.idle_state()),
         }
         output

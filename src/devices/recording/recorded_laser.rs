@@ -66,6 +66,7 @@ pub(crate) fn decode_laser(state: &[u8]) -> Result<(ScipOptions, LaserIdentity),
         serial: text()?,
         status: text()?,
         parameters,
+        line_bytes_s: options.link_bytes_per_second,
     };
     Ok((options, identity))
 }

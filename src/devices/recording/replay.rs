@@ -168,6 +168,7 @@ impl<'a, D: DeviceDriver> ReplayedPort<'a, D> {
         while let Some(output) = self.driver.poll() {
             match output {
                 DriverOutput::Event(event) => self.events.push_back(event),
+                DriverOutput::SetBitRate(_) => {}
                 DriverOutput::Send(bytes) => match self.entries.pop_front().map(|e| &e.kind) {
                     Some(DialogueEntryKind::Sent(then)) if *then == bytes => {}
                     // The recording ended in between.

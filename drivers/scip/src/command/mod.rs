@@ -8,11 +8,13 @@
 //! | [`info`] | `II` | [`InfoReply`](info::InfoReply) |
 //! | `quit` | `QT` | - |
 //! | `reset` | `RS` | - |
+//! | `bit_rate` | `SS` | - |
 //! | `time_adjust` | `TM0`, `TM1`, `TM2` | timer, ms |
 //! | [`stream`] | `MD`, `MS`, `ME` | [`StreamReply`](stream::StreamReply) |
 //!
 //! [`span`] holds the steps of a scan, `keyed_lines` reads `KEY:value` lines, `scan_data` reads stamps and values.
 
+pub(crate) mod bit_rate;
 pub mod info;
 mod keyed_lines;
 pub mod parameters;

@@ -13,6 +13,8 @@ use std::time::Duration;
 pub enum LaserAction {
     /// Write these bytes to the device, now.
     Send(Vec<u8>),
+    /// Change the line rate of the port, bit/s, now.
+    SetBitRate(u32),
     /// A result or a change of state; nothing to send.
     Event(LaserEvent),
 }
@@ -22,6 +24,11 @@ pub enum LaserAction {
 pub enum LaserEvent {
     /// The device is identified and idle, its laser off.
     Connected(LaserIdentity),
+    /// The bit rate stays as it was: the sensor refused another one, or did not answer at it. `Connected` follows.
+    BitRateKept {
+        /// The rate that was asked for, bit/s.
+        wanted: u32,
+    },
     /// One reading of the timer.
     TimeSample {
         /// When the request was sent.

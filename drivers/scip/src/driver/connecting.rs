@@ -8,6 +8,8 @@
 //!  | silence      SCIP2.0 once (old units fall silent), then give up
 //! ```
 //!
+//! On a line slower than wanted, `raising_rate` follows.
+//!
 //! Where nothing that came answers a request, the bytes decide what is there instead (`heard`).
 //!
 //! A device that was left streaming sends scans before its echo of `QT`; they are skipped. Nothing waits for silence,
@@ -17,8 +19,10 @@ use super::action::LaserEvent;
 use super::dialogue::{Dialogue, DialogueOutcome, DriverContext};
 use super::error::ScipError;
 use super::identity::LaserIdentity;
+use super::line_pace::LinePace;
 use super::pending_request::PendingRequest;
-use crate::command::info::ReadInfo;
+use super::raising_rate::RaisingRate;
+use crate::command::info::{InfoReply, ReadInfo};
 use crate::command::parameters::{ParameterReply, ReadParameters};
 use crate::command::quit::Quit;
 use crate::command::request::ScipRequest;
@@ -26,6 +30,7 @@ use crate::command::reset::ResetLaser;
 use crate::command::switch_protocol::SwitchProtocol;
 use crate::command::time_adjust::LeaveTimeAdjust;
 use crate::command::version::{ReadVersion, VersionReply};
+use crate::constants::BITS_PER_BYTE;
 use crate::error::ReplyError;
 use crate::frame::ScipMessage;
 use crate::status::{ScipCommand, StatusMeaning};
@@ -57,14 +62,19 @@ pub(super) struct Connecting {
     damaged_version: Option<(VersionReply, usize)>,
     version: Option<VersionReply>,
     parameters: Option<ParameterReply>,
+    pace: LinePace,
 }
 
 impl Connecting {
     pub(super) fn start(now: Duration, context: &mut DriverContext) -> Self {
         context.identity = None;
+        let pending = PendingRequest::send(&Quit, now, context);
         Self {
             step: ConnectStep::Quit,
-            pending: PendingRequest::send(&Quit, now, context),
+            pending: match context.options.probe {
+                Some(limits) => pending.limited(limits),
+                None => pending,
+            },
             give_up_at: now.saturating_add(context.options.connect_timeout),
             mode_changes_left: context.options.max_mode_changes,
             switched: false,
@@ -72,6 +82,7 @@ impl Connecting {
             damaged_version: None,
             version: None,
             parameters: None,
+            pace: LinePace::default(),
         }
     }
 
@@ -82,7 +93,7 @@ impl Connecting {
         context: &mut DriverContext,
     ) -> DialogueOutcome {
         self.step = step;
-        self.pending = match step {
+        let pending = match step {
             ConnectStep::Quit => PendingRequest::send(&Quit, now, context),
             ConnectStep::Switch => PendingRequest::send(&SwitchProtocol, now, context),
             ConnectStep::LeaveTimeAdjust => PendingRequest::send(&LeaveTimeAdjust, now, context),
@@ -92,6 +103,10 @@ impl Connecting {
             ConnectStep::Version => PendingRequest::send(&ReadVersion, now, context),
             ConnectStep::Parameters => PendingRequest::send(&ReadParameters, now, context),
             ConnectStep::Info => PendingRequest::send(&ReadInfo, now, context),
+        };
+        self.pending = match context.options.probe {
+            Some(limits) if !self.answered => pending.limited(limits),
+            _ => pending,
         };
         DialogueOutcome::Continue
     }
@@ -178,12 +193,22 @@ impl Connecting {
         }
     }
 
-    fn on_info(&mut self, status: String, context: &mut DriverContext) -> DialogueOutcome {
+    fn on_info(
+        &mut self,
+        info: InfoReply,
+        now: Duration,
+        context: &mut DriverContext,
+    ) -> DialogueOutcome {
         let (Some(version), Some(parameters)) = (self.version.take(), self.parameters.take())
         else {
             return DialogueOutcome::Fault(self.pending.failure());
         };
+        let options = &mut context.options;
+        options.link_bytes_per_second = options
+            .link_bytes_per_second
+            .or_else(|| self.pace.confirmed_bytes_s(info.bit_rate.as_deref()));
         let identity = LaserIdentity {
+            line_bytes_s: options.link_bytes_per_second,
             model: parameters.model,
             vendor: version.vendor,
             product: version.product,
@@ -191,11 +216,18 @@ impl Connecting {
             protocol: version.protocol,
             serial: version.serial,
             parameters: parameters.parameters,
-            status,
+            status: info.status,
         };
-        context.identity = Some(identity.clone());
-        context.emit(LaserEvent::Connected(identity));
-        DialogueOutcome::Idle
+        let bit_s = options
+            .link_bytes_per_second
+            .map(|bytes_s| bytes_s * BITS_PER_BYTE);
+        match (bit_s, options.wanted_bit_rate) {
+            (Some(bit_s), Some(wanted)) if bit_s < wanted => {
+                let raising = RaisingRate::start(identity, bit_s, wanted, now, context);
+                DialogueOutcome::Then(Box::new(raising))
+            }
+            _ => context.connected(identity),
+        }
     }
 
     fn handle_reply(
@@ -248,7 +280,7 @@ impl Connecting {
                         status: info.status,
                     }));
                 }
-                self.on_info(info.status, context)
+                self.on_info(info, now, context)
             }
         })
     }
@@ -269,6 +301,12 @@ impl Dialogue for Connecting {
         now: Duration,
         context: &mut DriverContext,
     ) -> DialogueOutcome {
+        if matches!(
+            self.step,
+            ConnectStep::Version | ConnectStep::Parameters | ConnectStep::Info
+        ) {
+            self.pace.note(message);
+        }
         let outcome = self.handle_reply(message, now, context);
         // Anything else is a scan of a stream that was left on, or a late reply.
         self.answered |= !matches!(outcome, Err(ReplyError::Echo { .. }));
@@ -284,6 +322,9 @@ impl Dialogue for Connecting {
             let (limit, command) = (context.options.connect_timeout, self.pending.command());
             let timeout = ScipError::ConnectTimeout { limit, command };
             return DialogueOutcome::Fault(self.judged(timeout, context));
+        }
+        if context.options.gives_up_on_garbage && !self.answered && context.heard.is_garbage() {
+            return DialogueOutcome::Fault(context.heard.not_a_laser());
         }
         match self.pending.resend(now, context) {
             Ok(()) => DialogueOutcome::Continue,

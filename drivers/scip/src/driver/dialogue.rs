@@ -8,6 +8,7 @@ use super::error::ScipError;
 use super::heard::HeardBytes;
 use super::identity::LaserIdentity;
 use super::options::ScipOptions;
+use crate::constants::BITS_PER_BYTE;
 use crate::frame::ScipMessage;
 use std::time::Duration;
 
@@ -26,6 +27,20 @@ impl DriverContext {
     pub(super) fn send(&mut self, bytes: Vec<u8>) {
         self.heard.note_sent(&bytes);
         self.actions.push_back(LaserAction::Send(bytes));
+    }
+
+    /// Both ends have this rate from now on.
+    pub(super) fn set_bit_rate(&mut self, bit_s: u32) {
+        self.options.link_bytes_per_second = Some(bit_s / BITS_PER_BYTE);
+        self.actions.push_back(LaserAction::SetBitRate(bit_s));
+    }
+
+    /// Ends connecting.
+    pub(super) fn connected(&mut self, mut identity: LaserIdentity) -> DialogueOutcome {
+        identity.line_bytes_s = self.options.link_bytes_per_second;
+        self.identity = Some(identity.clone());
+        self.emit(LaserEvent::Connected(identity));
+        DialogueOutcome::Idle
     }
 
     pub(super) fn emit(&mut self, event: LaserEvent) {
@@ -49,6 +64,8 @@ pub(super) enum DialogueOutcome {
     Continue,
     /// The dialogue has ended; the device is idle.
     Idle,
+    /// Another dialogue goes on.
+    Then(Box<dyn Dialogue>),
     /// The dialogue has failed; the device must be reopened and connected again.
     Fault(ScipError),
 }

@@ -30,6 +30,12 @@ pub enum ScipError {
         "heard {heard}: a sensor whose firmware speaks SCIP 1.1 only; have its firmware updated to SCIP 2.0, or use another unit"
     )]
     Scip11Only { heard: EscapedBytes },
+    /// After `SS` it answers neither at the new nor at the old rate.
+    #[error(
+        "after a change to {wanted} bit/s it does not answer any more, nor at the rate before; power-cycle it, and ask for a rate \
+         that its line carries"
+    )]
+    BitRateLost { wanted: u32 },
     #[error("no usable reply to {command} after {attempts} attempts; the last one: {last}")]
     BadReply {
         command: ScipCommand,

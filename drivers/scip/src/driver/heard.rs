@@ -102,8 +102,13 @@ impl HeardBytes {
         }
     }
 
+    /// Bytes came, and most are no text.
+    pub(super) fn is_garbage(&self) -> bool {
+        self.total > 0 && self.unprintable as f64 >= MIN_UNPRINTABLE_SHARE * self.total as f64
+    }
+
     fn line(&self) -> LaserLine {
-        if self.unprintable as f64 >= MIN_UNPRINTABLE_SHARE * self.total as f64 {
+        if self.is_garbage() {
             return LaserLine::NotText;
         }
         let lines = || {

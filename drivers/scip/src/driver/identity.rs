@@ -21,6 +21,9 @@ pub struct LaserIdentity {
     pub parameters: LaserParameters,
     /// `STAT` of `II`.
     pub status: String,
+    /// Bytes per second of the line, where it has a rate: as given in the options, or as `SBPS` of `II` names it where the
+    /// replies came as slowly as that (over USB `SBPS` names a rate too).
+    pub line_bytes_s: Option<u32>,
 }
 
 /// Model names with intensity (scip2 sections 6 and 10).

@@ -221,6 +221,7 @@ impl ScipDriver {
     fn conclude(&mut self, outcome: DialogueOutcome) {
         match outcome {
             DialogueOutcome::Continue => {}
+            DialogueOutcome::Then(dialogue) => self.phase = DriverPhase::Busy(dialogue),
             DialogueOutcome::Idle if self.context.identity.is_some() => {
                 self.phase = DriverPhase::Idle
             }

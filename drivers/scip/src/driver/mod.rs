@@ -5,6 +5,7 @@
 //! | file | from | to |
 //! |---|---|---|
 //! | `connecting` | anything, even left streaming, in time adjust or in SCIP 1.1 | identity known, idle, timer at zero |
+//! | `raising_rate` | identified, on a slow line | the same at another bit rate, or at the old one |
 //! | `time_exchange` | idle | idle, with pairs of host instants and timer values |
 //! | `streaming` | idle | scans until stopped; `stamp_continuity` checks them, a silent device is restarted |
 //! | `stopping` | anything | idle, laser off |
@@ -17,9 +18,11 @@ mod dialogue;
 mod error;
 mod heard;
 mod identity;
+mod line_pace;
 mod machine;
 mod options;
 mod pending_request;
+mod raising_rate;
 mod recovery;
 mod stamp_continuity;
 mod stopping;

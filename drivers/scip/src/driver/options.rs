@@ -22,6 +22,10 @@ pub struct ScipOptions {
     pub max_mode_changes: u8,
     /// Whether connecting sends `RS` for a known state and the timer at zero.
     pub reset_on_connect: bool,
+    /// Time-out and attempts of the requests before the first answer, where a rate is only tried. `None`: as the others.
+    pub probe: Option<(Duration, u8)>,
+    /// Connecting ends at the first time-out where what came is no text: another line rate is to be tried.
+    pub gives_up_on_garbage: bool,
     /// Periods without data after which the stream is restarted (scip2 section 14).
     pub silent_periods: u32,
     /// Minimum time without data before a restart, whatever the period: three revolutions of a URG. Data every 25 ms
@@ -29,6 +33,8 @@ pub struct ScipOptions {
     pub min_silence: Duration,
     /// Speed of a link that may be slower than the scans (RS-232C: bit rate / 10). `None`: USB, network.
     pub link_bytes_per_second: Option<u32>,
+    /// Bit rate that a line should have at least: a sensor on a slower one is asked to change (`SS`). `None`: left as it is.
+    pub wanted_bit_rate: Option<u32>,
     /// How long the device may verify an error (status 21 to 49). The protocol has no figure; a URG's start takes less.
     pub verify_timeout: Duration,
     /// Damaged messages in a row that restart the stream; single ones are unavoidable (scip2 section 13).
@@ -55,9 +61,12 @@ impl Default for ScipOptions {
             connect_timeout: Duration::from_secs(15),
             max_mode_changes: 4,
             reset_on_connect: true,
+            probe: None,
+            gives_up_on_garbage: false,
             silent_periods: 3,
             min_silence: Duration::from_millis(300),
             link_bytes_per_second: None,
+            wanted_bit_rate: None,
             verify_timeout: Duration::from_secs(10),
             max_damaged_in_a_row: 10,
             stale_repeats: 3,

@@ -41,6 +41,14 @@ impl PendingRequest {
         }
     }
 
+    /// The same with another time-out and number of attempts.
+    pub(super) fn limited(mut self, (timeout, attempts): (Duration, u8)) -> Self {
+        self.timeout = timeout;
+        self.attempts_allowed = attempts.max(1);
+        self.deadline = self.sent_at.saturating_add(timeout);
+        self
+    }
+
     pub(super) fn command(&self) -> ScipCommand {
         self.command
     }

@@ -23,6 +23,7 @@ pub(crate) struct DriverAndEmulator {
     pub now: Duration,
     pub profile: LaserProfile,
     pub events: Vec<LaserEvent>,
+    pub max_bit_rate: u32,
 }
 
 impl DriverAndEmulator {
@@ -39,6 +40,7 @@ impl DriverAndEmulator {
             now: after,
             profile,
             events: Vec::new(),
+            max_bit_rate: u32::MAX,
         }
     }
 
@@ -46,6 +48,11 @@ impl DriverAndEmulator {
         let mut options = LaserOptions::default();
         options.set_profile(profile);
         Self::new(options)
+    }
+
+    /// A rate that the line does not carry garbles like a wrong one.
+    fn carried(&self, bit_s: u32) -> u32 {
+        if bit_s > self.max_bit_rate { 1 } else { bit_s }
     }
 
     pub(crate) fn inject(&mut self, fault: &str) {
@@ -58,6 +65,7 @@ impl DriverAndEmulator {
         while let Some(action) = self.driver.poll_action() {
             match action {
                 LaserAction::Send(bytes) => self.laser.handle_bytes(&bytes, self.now),
+                LaserAction::SetBitRate(bit_s) => self.laser.set_host_baud(self.carried(bit_s)),
                 LaserAction::Event(event) => {
                     if let LaserEvent::Scan { scan, .. } = &event {
                         self.check(scan);

@@ -80,6 +80,7 @@ pub(crate) fn drain(driver: &mut ScipDriver) -> (Vec<String>, Vec<LaserEvent>) {
             LaserAction::Send(bytes) => {
                 sent.push(String::from_utf8(bytes).expect("requests are ASCII"))
             }
+            LaserAction::SetBitRate(bit_s) => sent.push(format!("rate {bit_s}")),
             LaserAction::Event(event) => events.push(event),
         }
     }
