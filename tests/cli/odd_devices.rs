@@ -164,7 +164,7 @@ fn each_odd_unit_is_used_or_named() {
     let (next, mistakes) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     // They mostly wait: many at a time.
     thread::scope(|scope| {
-        for _ in 0..12 {
+        for _ in 0..8 {
             scope.spawn(|| {
                 while let Some((device, odd)) = all.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let script = cases.join(format!("hostile_{device}.py"));

@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::Axis;
 use crate::action::{PtuAction, PtuEvent};
 use crate::command::{AxisProperty, PtuCommand};
-use crate::constants::{CALIBRATION_POLL_AFTER, CALIBRATION_TIMEOUT, MAX_TRIES, SETTLE_TIME};
+use crate::constants::{CALIBRATION_POLL_AFTER, CALIBRATION_TIMEOUT, MAX_SCRIPT_RUNS, SETTLE_TIME};
 use crate::driver::{DialoguePhase, PtuDriver, ScriptKind};
 use crate::error::HeadError;
 use crate::heard::HeardBytes;
@@ -264,7 +264,7 @@ impl PtuDriver {
     /// Replies did not fit their commands: gets back into step and reads all again, a few times, then gives up with `fault`.
     pub(crate) fn restart_script(&mut self, kind: ScriptKind, fault: HeadError, now: Duration) {
         self.script_restarts += 1;
-        if self.script_restarts >= MAX_TRIES {
+        if self.script_restarts >= MAX_SCRIPT_RUNS {
             return self.go_offline(fault);
         }
         self.fill_script(kind);

@@ -203,8 +203,8 @@ fn a_setting_that_is_not_accepted_is_a_fault_after_three_tries() {
 fn a_refused_or_impossible_property_is_a_fault() {
     for (query, reply, times) in [
         ("PN", "! Axis Error", 1),
-        ("TX", "* -907", 3),
-        ("PR", "* 0", 3),
+        ("TX", "* -907", 5),
+        ("PR", "* 0", 5),
     ] {
         let (mut rig, mut replies) = (PtuTestRig::new(), ScriptedReplies::default());
         replies.overrides = vec![(query, reply)];

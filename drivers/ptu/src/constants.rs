@@ -27,6 +27,10 @@ pub(crate) const CALIBRATION_POLL_AFTER: Duration = Duration::from_secs(20);
 /// line in the same exchange.
 pub(crate) const MAX_TRIES: u32 = 3;
 
+/// Times that settings and identity are read, before replies that do not fit count as a fault. Own choice: a busy host is late
+/// now and then, a line that repeats bytes always is wrong.
+pub(crate) const MAX_SCRIPT_RUNS: u32 = 5;
+
 /// Drain before and after the space of a resynchronisation; each byte extends it by the quiet time, up to the maximum. Own
 /// choice: 100 ms is a hundred bytes at 9600 baud, longer than any reply.
 pub(crate) const DRAIN_TIME: Duration = Duration::from_millis(100);

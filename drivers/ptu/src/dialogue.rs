@@ -5,7 +5,9 @@ use std::time::Duration;
 use crate::action::{PtuAction, PtuEvent};
 use crate::command::{AxisProperty, ExpectedReply, PtuCommand};
 use crate::connect::is_banner;
-use crate::constants::{CALIBRATION_TIMEOUT, DRAIN_TIME, MAX_DRAIN_TIME, MAX_TRIES, QUIET_TIME};
+use crate::constants::{
+    CALIBRATION_TIMEOUT, DRAIN_TIME, MAX_DRAIN_TIME, MAX_TRIES, QUIET_TIME, REPLY_TIMEOUT,
+};
 use crate::driver::{DialoguePhase, InFlight, PtuDriver, Resync, ScriptKind};
 use crate::error::HeadError;
 use crate::identity::{AxisDraft, Health};
@@ -205,8 +207,8 @@ impl PtuDriver {
 
     /// The calibration succeeded: drains the line, then reads the limits anew.
     fn reset_done(&mut self, now: Duration) {
-        self.begin_script(ScriptKind::Limits);
         self.begin_resync(None, now);
+        self.begin_script(ScriptKind::Limits);
     }
 
     fn finish_reset(&mut self, now: Duration) {
@@ -308,9 +310,15 @@ impl PtuDriver {
 
     pub(crate) fn begin_resync(&mut self, retry: Option<(PtuCommand, u32)>, now: Duration) {
         self.in_flight = None;
+        // What is read once has the time that a late reply takes; a poll has the next poll.
+        let drain = if self.script.is_some() {
+            REPLY_TIMEOUT
+        } else {
+            DRAIN_TIME
+        };
         let (until, hard_end) = (
-            now.saturating_add(DRAIN_TIME),
-            now.saturating_add(MAX_DRAIN_TIME),
+            now.saturating_add(drain),
+            now.saturating_add(drain.max(MAX_DRAIN_TIME)),
         );
         self.resync = Some(Resync {
             space_sent: false,

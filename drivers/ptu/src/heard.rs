@@ -105,12 +105,13 @@ impl HeardBytes {
             .split(|byte| matches!(byte, b'\r' | b'\n'))
             .filter(|line| !line.trim_ascii().is_empty())
             .collect();
-        if self.is_loopback() {
+        // The laser before the loopback: after an echo its `E` looks like the beginning of the next `ED`.
+        if lines.iter().any(|line| is_laser(line)) || self.has_old_status(&lines) {
+            HeadLine::Laser
+        } else if self.is_loopback() {
             HeadLine::Loopback
         } else if lines.iter().any(|line| is_modem(line.trim_ascii())) {
             HeadLine::Modem
-        } else if lines.iter().any(|line| is_laser(line)) || self.has_old_status(&lines) {
-            HeadLine::Laser
         } else if lines.iter().any(|line| is_reply(line)) {
             HeadLine::OtherReplies
         } else {
@@ -177,7 +178,8 @@ fn is_laser(line: &[u8]) -> bool {
 mod tests {
     use super::*;
 
-    const SENT: &[u8] = b"   ED FT V ";
+    /// Of two attempts.
+    const SENT: &[u8] = b"   ED FT V   \rED FT V ";
 
     fn error_of(heard: &[u8]) -> HeadError {
         let mut bytes = HeardBytes::default();
@@ -197,7 +199,8 @@ mod tests {
     fn each_kind_of_line_is_known_by_its_bytes() {
         for (heard, line) in [
             (SENT, HeadLine::Loopback),
-            (b"FT V", HeadLine::Loopback),
+            (b"FT V   \rED", HeadLine::Loopback),
+            (b"FT V", HeadLine::OtherText),
             (b"ED FT V\r\nERROR\r\n", HeadLine::Modem),
             (b"NO CARRIER\r\n", HeadLine::Modem),
             (b"CONNECT 9600\r\n", HeadLine::Modem),

@@ -213,6 +213,47 @@ fn a_unit_that_takes_a_third_of_a_second_is_connected_within_13_seconds() {
 }
 
 #[test]
+fn late_replies_are_drained_before_all_is_read_again() {
+    // Now and then a reply comes 0.3 s after its time-out.
+    for every in [4, 5, 7, 9] {
+        let mut unit = ScriptedReplies::default();
+        let (mut count, mut late) = (0, None);
+        let mut rig = PtuTestRig::new();
+        rig.driver.connect(rig.now);
+        while let Some(due) = rig.driver.deadline() {
+            let sent = rig.take_sent();
+            if sent.is_empty() {
+                let due_reply = late.as_ref().map(|(at, _): &(Duration, String)| *at);
+                match due_reply {
+                    Some(at) if at <= due => {
+                        let (at, reply) = late.take().expect("due");
+                        rig.now = rig.now.max(at);
+                        rig.feed(reply.as_bytes());
+                    }
+                    _ => rig.pass_deadline(),
+                }
+            }
+            for command in sent.concat().split_whitespace() {
+                count += 1;
+                let reply = unit.answer(command);
+                // The first time round only: a unit that is always late cannot be read.
+                if count % every == 0 && count < 40 {
+                    late = Some((rig.now + Duration::from_millis(900), reply));
+                } else {
+                    rig.feed(reply.as_bytes());
+                }
+            }
+        }
+        rig.take_sent();
+        let Some(PtuEvent::Connected(identity)) = rig.events.last() else {
+            panic!("every {every}: {:?}", rig.events)
+        };
+        assert_eq!(identity.pan.limits.max_steps, 3091, "every {every}");
+        assert_eq!(identity.tilt.limits.min_steps, -907, "every {every}");
+    }
+}
+
+#[test]
 fn a_unit_that_starts_while_it_is_asked_is_waited_for() {
     // It takes no command until a second after its banner.
     let mut unit = ScriptedReplies::default();
