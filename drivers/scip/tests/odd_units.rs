@@ -6,6 +6,9 @@ use common::{II, PP, SplitMix64, VV, drain, summed};
 use scip::{LaserEvent, LaserLine, ReplyError, ScipDriver, ScipError, ScipOptions, StatusMeaning};
 use std::time::Duration;
 
+/// How an odd unit answers a request.
+type Answer<'a> = &'a mut dyn FnMut(&str) -> Vec<u8>;
+
 /// A URG-04LX in SCIP 2.0.
 fn urg(request: &str) -> Vec<u8> {
     let reply = match request {
@@ -37,10 +40,7 @@ fn with_parameters(lines: &[&str]) -> impl FnMut(&str) -> Vec<u8> {
 }
 
 /// Lets the driver work until nothing is due: what happened, and how long it took.
-fn run(
-    driver: &mut ScipDriver,
-    answer: &mut dyn FnMut(&str) -> Vec<u8>,
-) -> (Vec<LaserEvent>, Duration) {
+fn run(driver: &mut ScipDriver, answer: Answer<'_>) -> (Vec<LaserEvent>, Duration) {
     let (mut now, mut events) = (Duration::ZERO, Vec::new());
     loop {
         let (sent, new) = drain(driver);
@@ -93,7 +93,7 @@ fn lines_that_end_in_cr_lf_are_taken() {
 fn what_is_no_laser_is_named_with_an_excerpt_and_a_remedy() {
     let mut rng = SplitMix64(7);
     let mut random = SplitMix64(8);
-    let cases: [(&mut dyn FnMut(&str) -> Vec<u8>, LaserLine, &str); 6] = [
+    let cases: [(Answer<'_>, LaserLine, &str); 6] = [
         (
             &mut |request: &str| {
                 let wrong = [0x00, 0xF8, 0x80, 0xE0, b'~'];

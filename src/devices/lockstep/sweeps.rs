@@ -155,7 +155,7 @@ fn a_slow_line_gives_whole_sweeps_of_fewer_beams() {
             quality.lines_got + 1 >= quality.lines_expected,
             "{baud}: {quality:?}"
         );
-        let beams = errors.sweep.view.points.len() / quality.lines_got as usize;
+        let beams = errors.sweep.view.points.len() / quality.lines_got;
         assert!(
             (600 / cluster..=682 / cluster).contains(&beams),
             "{baud}: {beams}"
