@@ -119,11 +119,18 @@ impl HeardBytes {
         }
     }
 
-    /// A status of SCIP 1.1: a single character after the echo of what was sent.
+    /// A status of SCIP 1.1: a single character after an echo, all of whose words were sent, now or by an earlier attempt.
     fn has_old_status(&self, lines: &[&[u8]]) -> bool {
+        let words = |bytes: &[u8]| -> Vec<Vec<u8>> {
+            let words = bytes.split(u8::is_ascii_whitespace);
+            words
+                .filter(|w| !w.is_empty())
+                .map(<[u8]>::to_vec)
+                .collect()
+        };
+        let sent = words(&self.sent);
         lines.windows(2).any(|pair| {
-            let echo = pair[0].trim_ascii();
-            matches!(pair[1], b"E" | b"0") && self.sent.windows(echo.len()).any(|s| s == echo)
+            matches!(pair[1], b"E" | b"0") && words(pair[0]).iter().all(|word| sent.contains(word))
         })
     }
 
@@ -209,6 +216,7 @@ mod tests {
             (b"   ED FT V\n0Ee\n\n", HeadLine::Laser),
             (b"   ED FT V\n0Ef\n\n", HeadLine::OtherText),
             (b"   ED FT V\nE\n\n", HeadLine::Laser),
+            (b"FT V    ED FT V\n0\n\n", HeadLine::Laser),
             (b"hello\nE\n\n", HeadLine::OtherText),
             (b"MD0044072501000\n99b\n", HeadLine::Laser),
             (b"MD00440725010001\n", HeadLine::OtherText),

@@ -249,7 +249,7 @@ pub(super) const HEAD_BYTES: [FaultCase; 9] = [
     case("ptu.garbage-byte", Tolerated, Tolerated),
     case(
         "ptu.garbage-byte:count=50",
-        NotObserved("answers, but not like"),
+        NotObserved("heard \""),
         NotObserved("no valid reply"),
     ),
 ];
