@@ -100,9 +100,7 @@ pub(super) fn take_sweeps(
     let (notes, received) = mpsc::channel();
     let mut station = Station::open(settings, clock, notes, cancel).map_err(Failure::failed)?;
     let sweeps = (|| {
-        if !station.position_trusted() {
-            station.home(cancel).map_err(Failure::failed)?;
-        }
+        station.home_if_needed(cancel).map_err(Failure::failed)?;
         let mut sweeps = Vec::new();
         for (number, request) in (1..).zip(&requests) {
             work.next_phase();

@@ -137,9 +137,7 @@ pub(super) fn take_sweep(
     let mut station =
         Station::open(settings, clock.clone(), notes, cancel).map_err(Failure::failed)?;
     let raw = (|| {
-        if !station.position_trusted() {
-            station.home(cancel)?;
-        }
+        station.home_if_needed(cancel)?;
         work.next_phase();
         let raw = station.sweep(&request, cancel)?;
         park(&mut station);

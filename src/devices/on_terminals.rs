@@ -107,7 +107,10 @@ fn dropped_in_the_middle_the_laser_goes_off() {
     let (notes, _heard) = mpsc::channel();
     let mut station =
         Station::open(&settings, clock.clone(), notes, &Cancel::new()).expect("both answer");
-    assert!(station.position_trusted());
+    station
+        .home_if_needed(&Cancel::new())
+        .expect("trusted as found");
+    assert!(!emulator.head_moving());
     let cancel = Cancel::new();
     let later = cancel.clone();
     let sweeping = thread::spawn(move || {

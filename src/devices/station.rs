@@ -45,7 +45,7 @@ pub struct Station {
 
 impl Station {
     /// Opens both ports and waits until both devices are connected, also for a head that is calibrating. Does not home: see
-    /// [`position_trusted`](Self::position_trusted).
+    /// [`home_if_needed`](Self::home_if_needed).
     ///
     /// # Errors
     /// The first device that failed; [`DeviceError::Cancelled`].
@@ -187,13 +187,6 @@ impl Station {
         while let Some(message) = self.links.try_recv() {
             self.state.handle_message(&message);
         }
-    }
-
-    /// Whether the head's counts correspond to angles: after a successful calibration, or from the start if the
-    /// configuration says not to home; not after a limit was hit, the unit restarted or its port was lost.
-    pub fn position_trusted(&mut self) -> bool {
-        self.process_pending();
-        self.state.is_position_trusted()
     }
 
     /// Identity and health of both devices. Reads supply voltage and temperatures of the head.

@@ -81,9 +81,7 @@ impl ScannerConnector for StationConnector {
             let _ = forwarding.join();
             connect_error(error)
         })?;
-        if !station.position_trusted() {
-            station.home(cancel).map_err(connect_error)?;
-        }
+        station.home_if_needed(cancel).map_err(connect_error)?;
         Ok(Box::new(StationScanner {
             station,
             trust: self.trust.clone(),
@@ -118,7 +116,7 @@ impl Scanner for StationScanner {
 
     fn resume(&mut self, cancel: &Cancel) -> Result<(), ConnectError> {
         self.station.await_return(cancel).map_err(connect_error)?;
-        self.home_if_untrusted(cancel).map_err(connect_error)
+        self.station.home_if_needed(cancel).map_err(connect_error)
     }
 
     fn home(&mut self, cancel: &Cancel) -> Result<(), ScannerError> {
@@ -148,7 +146,8 @@ impl Scanner for StationScanner {
         };
         let request = SweepRequest::new(&settings.sweep, &settings.mount, pans_rad);
         let swept = self
-            .home_if_untrusted(cancel)
+            .station
+            .home_if_needed(cancel)
             .and_then(|()| self.station.sweep(&request, cancel));
         swept.map_err(|error| ScannerError {
             reason: error.to_string(),
@@ -163,15 +162,6 @@ impl Scanner for StationScanner {
     fn return_to_start(&mut self, cancel: &Cancel) -> Option<Duration> {
         // A failure is in the notes, and the next sweep meets it again.
         self.station.return_to_start(cancel).ok().flatten()
-    }
-}
-
-impl StationScanner {
-    fn home_if_untrusted(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
-        if self.station.position_trusted() {
-            return Ok(());
-        }
-        self.station.home(cancel)
     }
 }
 

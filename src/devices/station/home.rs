@@ -11,6 +11,18 @@ use ptu::PtuEvent;
 use std::time::Duration;
 
 impl Station {
+    /// Homes the head unless its counts are known to be angles.
+    ///
+    /// # Errors
+    /// As [`home`](Self::home).
+    pub fn home_if_needed(&mut self, cancel: &Cancel) -> Result<(), DeviceError> {
+        self.process_pending();
+        if self.state.is_position_trusted() {
+            return Ok(());
+        }
+        self.home(cancel)
+    }
+
     /// Homes the head: its modes are set anew, then both axes drive to all their stops; up to a minute. Whatever mode another
     /// program, or a fault, left the head in, it obeys afterwards.
     ///
