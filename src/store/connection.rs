@@ -1,7 +1,7 @@
 //! The open database: one writer, many readers, every change in one transaction.
 
 use super::blob_files::BlobFiles;
-use super::disk::rights::share_database;
+use super::disk::rights::{forbidden, share_database};
 use super::disk::{Disk, SystemDisk, TransactionStep};
 use super::error::StoreError;
 use super::journal::position::note_journal_ahead;
@@ -345,6 +345,10 @@ pub(super) fn open_database(path: &Path) -> Result<Connection, StoreError> {
         path: path.to_owned(),
         source,
     })?;
+    // SQLite would open it all the same, and refuse the first write.
+    if let Some(file) = forbidden(path) {
+        return Err(StoreError::forbidden(&file));
+    }
     let mut db = Connection::open(path)?;
     db.busy_timeout(BUSY_TIMEOUT)?;
     check_owner(&db, path)?;

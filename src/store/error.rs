@@ -1,7 +1,7 @@
 //! Errors of the store, each with the file and what to do.
 
 use super::advice::{database_advice, file_advice};
-use super::disk::rights::{forbidden, group_of};
+use super::disk::rights::{forbidden, remedy};
 use patrold_engine::blob::BlobError;
 use rusqlite::ErrorCode;
 use std::io;
@@ -33,12 +33,12 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// This user may not use the store.
-    #[error("{}: this user may not use it; join its group (usermod -aG {group} USER, then log in again), or run this as its owner", path.display())]
+    #[error("{}: this user may not use it; {remedy}", path.display())]
     Forbidden {
         /// The folder or file.
         path: PathBuf,
-        /// Its group.
-        group: String,
+        /// What to do.
+        remedy: String,
     },
     /// There is nothing to rebuild a database from.
     #[error("{}: no journal here; restore a backup: patrold restore DIR", path.display())]
@@ -267,7 +267,7 @@ impl StoreError {
     pub(super) fn forbidden(path: &Path) -> Self {
         Self::Forbidden {
             path: path.to_owned(),
-            group: group_of(path),
+            remedy: remedy(path),
         }
     }
 

@@ -1,4 +1,4 @@
-//! What `demo` leaves behind. Its verdicts are those of whole rounds; `.ci/run` runs it.
+//! What `demo` leaves behind. Whole rounds are tested in `service::visit_tests`.
 
 use crate::harness::program::command;
 use std::io::{BufRead as _, BufReader};

@@ -39,6 +39,12 @@ impl NotifySocket {
         Self(socket)
     }
 
+    /// Until nothing comes for a while.
+    pub(crate) fn read_all(&self) {
+        let mut buffer = [0; 4096];
+        while self.0.recv(&mut buffer).is_ok() {}
+    }
+
     /// The next message that contains `wanted`.
     pub(crate) fn wait_for(&self, wanted: &str) -> String {
         let mut buffer = [0; 4096];

@@ -19,7 +19,7 @@ impl Drop for Running {
     }
 }
 
-fn start(dir: &Path) -> (Running, NotifySocket) {
+fn start(dir: &Path) -> Running {
     let notify = NotifySocket::listen(dir);
     let child = patrold(dir, &["run"])
         .env("NOTIFY_SOCKET", dir.join("notify"))
@@ -27,7 +27,9 @@ fn start(dir: &Path) -> (Running, NotifySocket) {
         .spawn()
         .expect("starts");
     notify.wait_for("READY=1");
-    (Running(child), notify)
+    // systemd reads every one: a service that is not read waits.
+    std::thread::spawn(move || notify.read_all());
+    Running(child)
 }
 
 /// Stops the service; its log.
@@ -69,7 +71,7 @@ fn the_exit_code_of_reload_says_whether_the_file_was_taken() {
     let none = run(dir, &["reload"]);
     assert_eq!(none.status.code(), Some(1), "{none:?}");
     assert!(stderr(&none).contains("no service at"), "{}", stderr(&none));
-    let (child, _notify) = start(dir);
+    let child = start(dir);
 
     let untouched = json("status-report", &run(dir, &["status", "--json"]));
     assert_eq!(untouched["service"]["running"], true);
@@ -143,11 +145,11 @@ fn a_start_with_a_bad_configuration_uses_the_last_good_one() {
     let dir = tempfile::tempdir().expect("temp dir");
     let dir = dir.path();
     configure(dir, "robot.name = \"rex\"\n");
-    let (child, _notify) = start(dir);
+    let child = start(dir);
     stop(dir, child);
 
     configure(dir, "robot.name = \"max\"\nlaser.prot = \"x\"\n");
-    let (child, _notify) = start(dir);
+    let child = start(dir);
     let report = json("status-report", &run(dir, &["status", "--json"]));
     let status = &report["service"]["status"];
     assert_eq!(status["robot"], "rex");
@@ -171,7 +173,7 @@ fn a_start_with_a_bad_configuration_uses_the_last_good_one() {
     let log = stop(dir, child);
     assert!(log.contains(loud), "{log}");
     configure(dir, "[novelty\n");
-    let (child, _notify) = start(dir);
+    let child = start(dir);
     let report = json("status-report", &run(dir, &["status", "--json"]));
     assert_eq!(report["service"]["status"]["robot"], "max");
     stop(dir, child);

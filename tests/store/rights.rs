@@ -271,10 +271,25 @@ fn a_stranger_is_told_that_it_is_the_rights() {
     set_mode(&db, 0o600);
     let output = house.run(MEMBER, "022", &["alarms"]);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    let remedy = format!("as its owner, chmod g+rw {}", db.display());
     assert!(
-        error.contains("patrold.db: this user may not use it"),
+        error.contains("this user may not use it") && error.contains(&remedy),
         "{error}"
     );
+    // What a reader of an earlier version left keeps the service from its own store, and is named.
+    set_mode(&db, 0o660);
+    let shm = house.store().join("patrold.db-shm");
+    fs::write(&shm, b"").expect("written");
+    chown(&shm, Some(MEMBER), Some(GROUP)).expect("root may");
+    set_mode(&shm, 0o640);
+    let output = house.run(SERVICE, "007", &["alarms", "ack", "1"]);
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(
+        error.contains(&format!("chmod g+rw {}", shm.display())),
+        "{error}"
+    );
+    fs::remove_file(&shm).expect("removed");
     // Where there is none, that is what is said.
     fs::remove_file(&db).expect("removed");
     let output = house.run(MEMBER, "022", &["alarms"]);

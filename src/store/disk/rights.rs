@@ -90,19 +90,35 @@ pub(in crate::store) fn forbidden(path: &Path) -> Option<PathBuf> {
     is_refused(folder, all).then(|| folder.to_owned())
 }
 
-/// The group that a file, or its folder, belongs to, as the system names it.
-pub(in crate::store) fn group_of(path: &Path) -> String {
+/// What a user does who may not use the file or folder.
+pub(in crate::store) fn remedy(path: &Path) -> String {
     let found = path.ancestors().find_map(|at| fs::metadata(at).ok());
-    let Some(gid) = found.map(|file| file.gid().to_string()) else {
-        return "of the folder".to_owned();
+    let Some(gid) = found.map(|file| file.gid()) else {
+        return "run this as its owner".to_owned();
     };
+    let own = rustix::process::getgroups().unwrap_or_default();
+    let is_member = rustix::process::getegid().as_raw() == gid;
+    if is_member || own.iter().any(|group| group.as_raw() == gid) {
+        return format!(
+            "nor may its group, which this user is in: as its owner, chmod g+rw {}",
+            path.display()
+        );
+    }
+    let group = group_name(gid);
+    format!(
+        "join its group (usermod -aG {group} USER, then log in again), or run this as its owner"
+    )
+}
+
+/// As the system names it.
+fn group_name(gid: u32) -> String {
     let groups = fs::read_to_string("/etc/group").unwrap_or_default();
     let name = groups.lines().find_map(|line| {
         let mut fields = line.split(':');
         let name = fields.next()?;
-        (fields.nth(1)? == gid).then(|| name.to_owned())
+        (fields.nth(1)? == gid.to_string()).then(|| name.to_owned())
     });
-    name.unwrap_or(gid)
+    name.unwrap_or_else(|| gid.to_string())
 }
 
 fn beside(path: &Path, suffix: &str) -> PathBuf {
