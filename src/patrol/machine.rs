@@ -116,11 +116,6 @@ impl PatrolMachine {
         self.current.as_ref().map(|(r, stage)| (r, *stage))
     }
 
-    /// Whether the sweep of this request ends early: its client is gone or asked for it, or the service stops.
-    pub fn is_cancelled(&self, id: u64) -> bool {
-        self.stopping || [self.abandoned, self.cancelled_visit].contains(&Some(id))
-    }
-
     /// Number of requests in the queue.
     pub fn queued(&self) -> usize {
         self.queue.len()
@@ -366,26 +361,6 @@ impl PatrolMachine {
                     RefusalReason::BadSweep(format!("{} refused: {reason}", task.as_str()));
                 out.push(PatrolAction::Refuse(request, refusal));
             }
-        }
-    }
-
-    fn shutdown(&mut self, out: &mut Vec<PatrolAction>) {
-        if self.stopping {
-            return;
-        }
-        self.stopping = true;
-        out.extend([PatrolAction::CancelDevices, PatrolAction::CloseDevices]);
-        let refuse = |request| PatrolAction::Refuse(request, RefusalReason::Stopping);
-        out.extend(self.queue.drain(..).map(refuse));
-        match self.current.take() {
-            Some((request, RequestStage::Preparing | RequestStage::Waiting)) => {
-                out.push(refuse(request))
-            }
-            Some((request, RequestStage::Judging)) => {
-                let reason = "the service was stopped before the sweep was judged".to_owned();
-                self.sweep_unavailable(request, reason, out);
-            }
-            other => self.current = other,
         }
     }
 

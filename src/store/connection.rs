@@ -15,30 +15,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+mod record_time;
+
+pub use record_time::RecordTime;
+pub(super) use record_time::time_text;
+
 /// "PTRD" in the header of the database file.
 const APPLICATION_ID: i32 = 0x5054_5244;
 /// How long a writer waits for another one, such as `patrold alarms ack`.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
-
-/// When something happened. The boot id is kept because the wall clock may be wrong.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RecordTime {
-    /// Wall clock, UTC.
-    pub at: jiff::Timestamp,
-    /// The kernel's boot id.
-    pub boot_id: String,
-}
-
-impl RecordTime {
-    /// RFC 3339 in UTC, always with milliseconds, so that the texts sort as the times.
-    pub fn to_rfc3339(&self) -> String {
-        time_text(self.at)
-    }
-}
-
-pub(super) fn time_text(at: jiff::Timestamp) -> String {
-    format!("{at:.3}")
-}
 
 /// The store: database and files.
 #[derive(Debug)]

@@ -1,8 +1,8 @@
-//! Requests that end before their outcome: their client has gone, or asked for it.
+//! Requests that end before their outcome: their client has gone or asked for it, or the service stops.
 
 use super::{PatrolMachine, RequestStage};
 use crate::patrol::action::PatrolAction;
-use crate::patrol::event::PatrolTask;
+use crate::patrol::event::{PatrolTask, RefusalReason};
 
 /// Why a request ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,5 +62,30 @@ impl PatrolMachine {
             _ => {}
         }
         self.current = Some((request, stage));
+    }
+
+    /// Whether the sweep of this request ends early: its client is gone or asked for it, or the service stops.
+    pub fn is_cancelled(&self, id: u64) -> bool {
+        self.stopping || [self.abandoned, self.cancelled_visit].contains(&Some(id))
+    }
+
+    pub(super) fn shutdown(&mut self, out: &mut Vec<PatrolAction>) {
+        if self.stopping {
+            return;
+        }
+        self.stopping = true;
+        out.extend([PatrolAction::CancelDevices, PatrolAction::CloseDevices]);
+        let refuse = |request| PatrolAction::Refuse(request, RefusalReason::Stopping);
+        out.extend(self.queue.drain(..).map(refuse));
+        match self.current.take() {
+            Some((request, RequestStage::Preparing | RequestStage::Waiting)) => {
+                out.push(refuse(request))
+            }
+            Some((request, RequestStage::Judging)) => {
+                let reason = "the service was stopped before the sweep was judged".to_owned();
+                self.sweep_unavailable(request, reason, out);
+            }
+            other => self.current = other,
+        }
     }
 }

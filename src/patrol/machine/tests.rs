@@ -14,10 +14,9 @@ mod reload_and_shutdown;
 mod retries;
 
 fn request(id: u64, task: PatrolTask) -> PatrolRequest {
-    let waypoint = if task == PatrolTask::Sweep {
-        ""
-    } else {
-        "hall"
+    let waypoint = match task {
+        PatrolTask::Sweep => "",
+        _ => "hall",
     };
     PatrolRequest {
         id,
