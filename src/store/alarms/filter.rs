@@ -76,10 +76,14 @@ impl AlarmFilter {
         if let Some(near) = &self.thing.near {
             return self.ids_near(db, near, conditions);
         }
-        let (joins, thing) = self.thing.joins_and_conditions();
+        let (joins, mut thing) = self.thing.seen_last();
         if !thing.values().is_empty() {
+            let its_own =
+                "g.alarm_id = a.id AND g.visit_id = n.visit_id AND g.position = n.position";
+            thing.require(its_own, []);
             let condition = thing.to_where();
-            let one_thing = format!("EXISTS (SELECT 1 FROM {joins} {condition})");
+            let one_thing =
+                format!("EXISTS (SELECT 1 FROM {joins} CROSS JOIN sighting g {condition})");
             conditions.require(one_thing, thing.values().to_vec());
         }
         let condition = conditions.to_where();
@@ -90,7 +94,7 @@ impl AlarmFilter {
         Ok(ids.collect::<Result<_, _>>()?)
     }
 
-    /// Walks through the things, the newest alarm first, until enough are near.
+    /// Walks through the things that last visits saw, the newest alarm first, until enough of the alarms' own are near.
     fn ids_near(
         &self,
         db: &Connection,
@@ -98,13 +102,18 @@ impl AlarmFilter {
         mut conditions: Conditions,
     ) -> Result<Vec<i64>, StoreError> {
         let places = near.places_by_waypoint(db)?;
-        let (joins, thing) = self.thing.joins_and_conditions();
+        let (joins, thing) = self.thing.seen_last();
         conditions.extend(&thing);
+        near.require_bounds(&mut conditions);
         let condition = conditions.to_where();
         let sql = format!(
-            "SELECT a.id, a.waypoint_id, n.x_m, n.y_m FROM alarm a CROSS JOIN {joins} {condition} ORDER BY a.id DESC"
+            "SELECT a.id, a.waypoint_id, n.x_m, n.y_m, n.visit_id, n.position FROM alarm a CROSS JOIN {joins} {condition}
+             ORDER BY a.id DESC"
         );
         let mut query = db.prepare_cached(&sql)?;
+        let mut is_its_own = db.prepare_cached(
+            "SELECT EXISTS (SELECT 1 FROM sighting WHERE alarm_id = ?1 AND visit_id = ?2 AND position = ?3)",
+        )?;
         let mut rows = query.query(params_from_iter(conditions.values()))?;
         let mut ids = Vec::new();
         while let Some(row) = rows.next()? {
@@ -119,7 +128,11 @@ impl AlarmFilter {
             };
             let places = places.get(&waypoint);
             // Several things of one alarm follow each other.
-            if ids.last() != Some(&id) && places.is_some_and(|places| places.iter().any(is_near)) {
+            if ids.last() == Some(&id) || !places.is_some_and(|places| places.iter().any(is_near)) {
+                continue;
+            }
+            let (visit, position): (i64, i64) = (row.get(4)?, row.get(5)?);
+            if is_its_own.query_row([id, visit, position], |row| row.get(0))? {
                 ids.push(id);
             }
         }
@@ -153,18 +166,17 @@ impl AlarmFilter {
 }
 
 impl ThingFilter {
-    /// The tables of one thing of an alarm `a`, and what it is like. The indices hold all that is asked, without the records.
-    fn joins_and_conditions(&self) -> (String, Conditions) {
+    /// The tables of one thing that the last visit of an alarm `a` saw, and what it is like; whether it is the alarm's own is
+    /// asked last. The indices hold all that is asked, without the records.
+    fn seen_last(&self) -> (String, Conditions) {
         let mut thing = Conditions::default();
-        // As it was last seen.
-        thing.require("g.alarm_id = a.id AND g.visit_id = a.last_visit_id", []);
-        thing.require("n.visit_id = g.visit_id AND n.position = g.position", []);
+        thing.require("n.visit_id = a.last_visit_id", []);
         thing.require_some("n.kind = ?", self.kind.map(|kind| kind.as_str().to_owned()));
         thing.require_some("s.class = ?", self.class.clone());
         let longest_side = "max(s.size_x_m, s.size_y_m, s.size_z_m)";
         thing.require_some(&format!("{longest_side} >= ?"), self.min_size_m);
         thing.require_some(&format!("{longest_side} <= ?"), self.max_size_m);
-        let mut joins = "sighting g CROSS JOIN novelty n INDEXED BY novelty_by_place".to_owned();
+        let mut joins = "novelty n INDEXED BY novelty_by_place".to_owned();
         if self.class.is_some() || self.min_size_m.is_some() || self.max_size_m.is_some() {
             joins
                 .push_str(" CROSS JOIN shape s INDEXED BY shape_by_novelty ON s.novelty_id = n.id");
@@ -174,6 +186,21 @@ impl ThingFilter {
 }
 
 impl NearFilter {
+    /// Within a rectangle around all places: most of what is far is left out before its row is given.
+    fn require_bounds(&self, conditions: &mut Conditions) {
+        let axes: [(&str, fn(&FloorPlace) -> f64); 2] =
+            [("n.x_m", |place| place.x_m), ("n.y_m", |place| place.y_m)];
+        for (column, axis) in axes {
+            let along = self.places.iter().map(axis);
+            let from = along.clone().fold(f64::INFINITY, f64::min) - self.within_m;
+            let to = along.fold(f64::NEG_INFINITY, f64::max) + self.within_m;
+            conditions.require(
+                format!("{column} BETWEEN ? AND ?"),
+                [from.into(), to.into()],
+            );
+        }
+    }
+
     /// Places by the id of their waypoint; a name that was forgotten and taught again is several.
     fn places_by_waypoint(
         &self,
