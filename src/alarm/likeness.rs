@@ -165,9 +165,11 @@ fn log_density_of_new(seen: &Sighting, with_body: bool) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::constants::{NEW_THINGS, PLACE_VOLUME_M3, WHOLE_RATIO};
-    use super::{Difference, Lengths, Sighting, log_density_of_new};
+    use super::{Difference, Lengths, Sighting, class_agreement, likeness, log_density_of_new};
+    use crate::alarm::{AlarmState, Incident};
     use nalgebra::{Matrix3, Point3};
     use patrold_engine::novelty::NoveltyKind;
+    use patrold_engine::novelty::PlaceView;
 
     /// Of a thing whose points spread as those of a box of these sides.
     fn sighting(sides_m: [f64; 3], body_m: Option<[f64; 3]>) -> Sighting {
@@ -226,5 +228,59 @@ mod tests {
         assert_eq!(both.figures, 6);
         near(both.chi_square, 6.0);
         near(both.log_density, 2.0 * at_zero - 3.0);
+    }
+
+    /// One shape in ten has a wrong class, any of the six.
+    #[test]
+    fn classes_agree_as_their_doubted_probabilities_say() {
+        let of = |class: Option<usize>| {
+            let mut seen = sighting([1.0; 3], None);
+            if let Some(class) = class {
+                seen.classes = [0.0; 6];
+                seen.classes[class] = 1.0;
+            }
+            seen
+        };
+        let (right, wrong) = (0.9 + 0.1 / 6.0, 0.1 / 6.0);
+        for (one, other, expected) in [
+            (
+                Some(3),
+                Some(3),
+                6.0 * (right * right + 5.0 * wrong * wrong),
+            ),
+            (
+                Some(3),
+                Some(4),
+                6.0 * (2.0 * right * wrong + 4.0 * wrong * wrong),
+            ),
+            (Some(3), None, 1.0),
+            (None, None, 1.0),
+        ] {
+            let agreement = class_agreement(&of(one), &of(other));
+            assert!(
+                (agreement - expected).abs() < 1e-9,
+                "{agreement} {expected}"
+            );
+        }
+    }
+
+    /// A body that the other sighting has not is no evidence, neither of one thing nor of two.
+    #[test]
+    fn a_body_counts_where_both_have_one() {
+        let gain = |anchor_body, seen_body| {
+            let incident = Incident {
+                id: 1,
+                state: AlarmState::Open,
+                anchor: sighting([0.5, 0.4, 0.3], anchor_body),
+            };
+            let seen = sighting([0.5, 0.4, 0.3], seen_body);
+            let found = likeness(&incident, PlaceView::Otherwise, &seen, 0.5);
+            found.expect("the same thing").gain
+        };
+        let body = Some([0.6, 0.5, 0.4]);
+        let without = gain(None, None);
+        assert_eq!(gain(None, body), without);
+        assert_eq!(gain(body, None), without);
+        assert!(gain(body, body) > without + 1.0);
     }
 }

@@ -397,7 +397,8 @@ fn check_owner(db: &Connection, path: &Path) -> Result<(), StoreError> {
 #[cfg(test)]
 mod tests {
     use super::{
-        APPLICATION_ID, BlobFiles, MIGRATIONS, Store, has_log, migrations, open_unchanging,
+        APPLICATION_ID, BlobFiles, MIGRATIONS, Store, has_log, migration_error, migrations,
+        open_unchanging,
     };
     use crate::store::{StoreError, StoredMixture, SystemDisk};
     use nalgebra::Point3;
@@ -597,16 +598,39 @@ mod tests {
         store.close();
         for (place, has_log) in [(&dir, false), (&copy, true)] {
             let place = place.path();
-            // A folder of that name, because root may write where nobody may.
+            // A link of that name, which SQLite does not follow: root may write where nobody may.
             let shared = place.join("patrold.db-shm");
             let _ = std::fs::remove_file(&shared);
-            std::fs::create_dir(&shared).expect("in the way");
+            std::os::unix::fs::symlink("nowhere", &shared).expect("in the way");
             let read = Store::open_for_reading(place).and_then(|store| store.waypoints());
             match read {
                 // Never without what is in the log.
                 Ok(waypoints) => assert_eq!(waypoints.len(), 1, "{has_log}"),
                 Err(error) => assert!(has_log, "{error}"),
             }
+        }
+    }
+
+    #[test]
+    fn a_disk_that_fails_during_a_migration_is_no_fault_of_the_migration() {
+        let path = Path::new("s/patrold.db");
+        let failed = |code| {
+            let err = rusqlite::Error::SqliteFailure(rusqlite::ffi::Error::new(code), None);
+            let query = "ALTER TABLE".to_owned();
+            migration_error(
+                rusqlite_migration::Error::RusqliteError { query, err },
+                path,
+            )
+        };
+        use rusqlite::ffi;
+        for code in [ffi::SQLITE_FULL, ffi::SQLITE_IOERR, ffi::SQLITE_READONLY] {
+            let error = failed(code);
+            assert!(matches!(error, StoreError::Sqlite { .. }), "{error}");
+            assert!(error.to_string().starts_with("s/patrold.db: "), "{error}");
+        }
+        for code in [ffi::SQLITE_ERROR, ffi::SQLITE_CONSTRAINT] {
+            let error = failed(code);
+            assert!(matches!(error, StoreError::Migration { .. }), "{error}");
         }
     }
 }
