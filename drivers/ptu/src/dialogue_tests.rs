@@ -404,3 +404,23 @@ fn a_request_that_waits_is_started_whatever_ends_the_one_before() {
     assert_eq!(rig.take_sent(), ["TS31 "]);
     assert_eq!(rig.driver.pending(), 1);
 }
+
+#[test]
+fn a_driver_is_idle_while_nothing_is_sent_awaited_half_read_or_reported() {
+    let (mut rig, _) = PtuTestRig::connected();
+    assert!(rig.driver.is_idle());
+    rig.driver
+        .poll_position(Axis::Pan, rig.now)
+        .expect("connected");
+    assert!(!rig.driver.is_idle(), "to be sent");
+    rig.take_sent();
+    assert!(!rig.driver.is_idle(), "awaited");
+    rig.feed(b"* 5\r");
+    assert!(!rig.driver.is_idle(), "to be reported");
+    rig.take_sent();
+    assert!(rig.driver.is_idle());
+    rig.feed(b"*");
+    assert!(!rig.driver.is_idle(), "half read");
+    rig.feed(b"\r\n");
+    assert!(!rig.driver.is_idle(), "drained");
+}
