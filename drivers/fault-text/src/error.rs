@@ -1,7 +1,5 @@
 //! Why a text is no fault.
 
-use crate::times::FaultTimes;
-
 /// A text that is no fault. Each message lists what is valid.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[allow(missing_docs, reason = "each message shows what its fields are")]
@@ -23,15 +21,4 @@ pub enum FaultTextError {
         expected: &'static str,
         got: String,
     },
-}
-
-impl FaultTextError {
-    pub(crate) fn key(kind: &str, key: &str, own: &[&str]) -> Self {
-        let valid = FaultTimes::KEYS.iter().chain(own).copied();
-        Self::Key {
-            kind: kind.to_owned(),
-            key: key.to_owned(),
-            valid: valid.collect::<Vec<_>>().join(", "),
-        }
-    }
 }

@@ -1,7 +1,7 @@
 //! The parts of a fault's text.
 
 use crate::error::FaultTextError;
-use crate::times::FaultTimes;
+use crate::times::{EXPECTED_TIME, FaultTimes, parse_time};
 
 /// A kind of fault: its name, and the keys that it has beside those of [`FaultTimes`].
 pub type FaultKind = (&'static str, &'static [&'static str]);
@@ -38,7 +38,12 @@ impl<'a> FaultKeys<'a> {
                 })?;
             let (key, value) = (key.trim(), value.trim());
             if !FaultTimes::KEYS.contains(&key) && !own.contains(&key) {
-                return Err(FaultTextError::key(kind, key, own));
+                let valid = FaultTimes::KEYS.iter().chain(*own).copied();
+                return Err(FaultTextError::Key {
+                    kind: name,
+                    key: key.to_owned(),
+                    valid: valid.collect::<Vec<_>>().join(", "),
+                });
             }
             pairs.push((key, value));
         }
@@ -56,7 +61,23 @@ impl<'a> FaultKeys<'a> {
     /// # Errors
     /// A value that is not valid.
     pub fn times(&self) -> Result<FaultTimes, FaultTextError> {
-        FaultTimes::read(self)
+        let time = |key| {
+            self.get(key, None, EXPECTED_TIME, |value| {
+                parse_time(value).map(Some)
+            })
+        };
+        let every = self.get("every", None, "a time above 0", |value| {
+            parse_time(value).filter(|time| !time.is_zero()).map(Some)
+        })?;
+        let count = self.get("count", None, "a whole number above 0", |value| {
+            value.parse().ok().filter(|count| *count > 0).map(Some)
+        })?;
+        Ok(FaultTimes {
+            at: time("at")?,
+            lasting: time("for")?,
+            count,
+            every,
+        })
     }
 
     /// The last value of `key`, or the default. `read` gives `None` for what is not `expected`.

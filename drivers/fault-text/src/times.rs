@@ -2,9 +2,6 @@
 
 use std::time::Duration;
 
-use crate::error::FaultTextError;
-use crate::keys::FaultKeys;
-
 /// When a fault happens, for how long, and how often.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FaultTimes {
@@ -21,26 +18,6 @@ pub struct FaultTimes {
 impl FaultTimes {
     /// The keys that every kind has.
     pub const KEYS: [&'static str; 4] = ["at", "for", "count", "every"];
-
-    pub(crate) fn read(keys: &FaultKeys<'_>) -> Result<Self, FaultTextError> {
-        let time = |key| {
-            keys.get(key, None, EXPECTED_TIME, |value| {
-                parse_time(value).map(Some)
-            })
-        };
-        let every = keys.get("every", None, "a time above 0", |value| {
-            parse_time(value).filter(|time| !time.is_zero()).map(Some)
-        })?;
-        let count = keys.get("count", None, "a whole number above 0", |value| {
-            value.parse().ok().filter(|count| *count > 0).map(Some)
-        })?;
-        Ok(Self {
-            at: time("at")?,
-            lasting: time("for")?,
-            count,
-            every,
-        })
-    }
 
     /// The same with its start counted from `now`.
     #[must_use]

@@ -9,7 +9,7 @@ use crate::command::{AxisProperty, PtuCommand};
 use crate::constants::{CALIBRATION_POLL_AFTER, CALIBRATION_TIMEOUT, MAX_SCRIPT_RUNS, SETTLE_TIME};
 use crate::driver::{DialoguePhase, PtuDriver, ScriptKind};
 use crate::error::HeadError;
-use crate::heard::HeardBytes;
+use crate::heard::HeardFromHead;
 use crate::identity::IdentityDraft;
 use crate::line::{Notice, ReplyLine};
 use crate::reply::{self, ReplyOutcome};
@@ -98,7 +98,7 @@ impl PtuDriver {
         self.connect_attempts = 0;
         self.calibration_seen = false;
         self.calibration_end = None;
-        self.heard = HeardBytes::default();
+        self.heard = HeardFromHead::default();
         self.position_trusted = false;
         self.begin_attempt(now);
     }

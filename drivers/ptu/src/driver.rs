@@ -7,7 +7,7 @@ use crate::action::{PtuAction, PtuEvent};
 use crate::command::PtuCommand;
 use crate::constants::{BITS_PER_BYTE, LONGEST_REPLY_BYTES, MAX_TRIES};
 use crate::error::HeadError;
-use crate::heard::HeardBytes;
+use crate::heard::HeardFromHead;
 use crate::identity::IdentityDraft;
 use crate::line::{Notice, ReplyBuffer};
 
@@ -103,7 +103,7 @@ pub struct PtuDriver {
     /// When a calibration under way counts as failed.
     pub(crate) calibration_end: Option<Duration>,
     /// While connecting.
-    pub(crate) heard: HeardBytes,
+    pub(crate) heard: HeardFromHead,
     /// How often the script under way was started again, because its replies did not fit.
     pub(crate) script_restarts: u32,
     /// The last line that matched no command, for messages.
@@ -130,7 +130,7 @@ impl PtuDriver {
             network_rescue_sent: false,
             calibration_seen: false,
             calibration_end: None,
-            heard: HeardBytes::default(),
+            heard: HeardFromHead::default(),
             script_restarts: 0,
             last_unmatched_line: String::new(),
         }

@@ -1,6 +1,6 @@
 //! What can go wrong between driver and unit.
 
-use crate::heard::HeadLine;
+use crate::head_line::HeadLine;
 
 /// A fault of the dialogue with the unit.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

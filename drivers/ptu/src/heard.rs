@@ -1,57 +1,13 @@
 //! What was heard while connecting to something that is no pan-tilt unit, and what it shows.
 
-use std::fmt;
-
 use crate::constants::{EXCERPT_BYTES, HEARD_BYTES, MIN_UNPRINTABLE_SHARE};
 use crate::error::HeadError;
+use crate::head_line::HeadLine;
 use crate::reply::{self, ReplyOutcome};
-
-/// What is at the other end of a line on which bytes come, but no version of a pan-tilt unit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum HeadLine {
-    /// The commands themselves come back.
-    Loopback,
-    /// A modem or radio link in command mode.
-    Modem,
-    /// The laser.
-    Laser,
-    /// Replies of a pan-tilt unit, but not to what was asked.
-    OtherReplies,
-    /// Most bytes are no text: another line rate, or noise.
-    NotText,
-    /// Text of an unknown device.
-    OtherText,
-}
-
-impl fmt::Display for HeadLine {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Loopback => {
-                "the commands come back and nothing else does, so the cable or adapter loops its output to its input; connect \
-                 and power the unit, and check that transmit and receive are not bridged"
-            }
-            Self::Modem => {
-                "a modem or radio link in command mode answers; this is not the unit's port, or its link must be set up first"
-            }
-            Self::Laser => "the laser answers here; exchange the two ports in the configuration",
-            Self::OtherReplies => {
-                "a pan-tilt unit answers, but not what it is asked; stop other programs that use the port, then power-cycle \
-                 the unit"
-            }
-            Self::NotText => {
-                "these bytes are no text, so the line rate is not the unit's (9600 after power-up), or the line picks up \
-                 noise; set the unit's rate, check cable and ground"
-            }
-            Self::OtherText => {
-                "an unknown device answers; check that this is the unit's port and that no other program uses it"
-            }
-        })
-    }
-}
 
 /// The first bytes heard, and the bytes sent, since the start of connecting.
 #[derive(Debug, Default)]
-pub(crate) struct HeardBytes {
+pub(crate) struct HeardFromHead {
     first: Vec<u8>,
     sent: Vec<u8>,
     total: u64,
@@ -62,7 +18,7 @@ fn is_printable(byte: u8) -> bool {
     matches!(byte, 0x20..0x7F | b'\r' | b'\n' | b'\t')
 }
 
-impl HeardBytes {
+impl HeardFromHead {
     pub(crate) fn note(&mut self, byte: u8) {
         self.total = self.total.saturating_add(1);
         self.unprintable = self
@@ -189,7 +145,7 @@ mod tests {
     const SENT: &[u8] = b"   ED FT V   \rED FT V ";
 
     fn error_of(heard: &[u8]) -> HeadError {
-        let mut bytes = HeardBytes::default();
+        let mut bytes = HeardFromHead::default();
         bytes.note_sent(SENT);
         heard.iter().for_each(|byte| bytes.note(*byte));
         bytes.error()
@@ -244,7 +200,7 @@ mod tests {
 
     #[test]
     fn the_excerpt_is_short_and_memory_is_bounded() {
-        let mut bytes = HeardBytes::default();
+        let mut bytes = HeardFromHead::default();
         for _ in 0..100 {
             b"0123456789abcdef\r\n"
                 .iter()

@@ -21,6 +21,7 @@ mod dialogue_tests;
 mod driver;
 pub mod emulator;
 mod error;
+mod head_line;
 mod heard;
 #[cfg(test)]
 mod hostile_tests;
@@ -29,6 +30,8 @@ mod line;
 mod motion;
 mod power;
 mod reply;
+#[cfg(test)]
+mod request_tests;
 mod requests;
 #[cfg(test)]
 mod odd_unit_tests;
@@ -40,7 +43,7 @@ pub use axis::{Axis, AxisScale, Sign, StepSize};
 pub use constants::BAUD_RATES;
 pub use driver::{PtuDriver, PtuOptions};
 pub use error::{HeadError, RequestError};
-pub use heard::HeadLine;
+pub use head_line::HeadLine;
 pub use identity::{AxisIdentity, AxisLimits, HeadIdentity, Health};
 pub use motion::{MotionProfile, MoveState, MoveWatch};
 pub use power::{HoldPower, MovePower};

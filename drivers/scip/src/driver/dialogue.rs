@@ -5,7 +5,7 @@ use std::fmt::Debug;
 
 use super::action::{LaserAction, LaserEvent, Rejection};
 use super::error::ScipError;
-use super::heard::HeardBytes;
+use super::heard::HeardFromLaser;
 use super::identity::LaserIdentity;
 use super::options::ScipOptions;
 use crate::constants::BITS_PER_BYTE;
@@ -20,7 +20,7 @@ pub(super) struct DriverContext {
     pub(super) identity: Option<LaserIdentity>,
     pub(super) rejected: u64,
     /// While connecting.
-    pub(super) heard: HeardBytes,
+    pub(super) heard: HeardFromLaser,
 }
 
 impl DriverContext {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 use thiserror::Error;
 
-use super::heard::LaserLine;
+use super::laser_line::LaserLine;
 use super::recovery::RecoveryCause;
 use crate::error::{EscapedBytes, ReplyError};
 use crate::status::{ScipCommand, StatusMeaning};

@@ -1,58 +1,13 @@
 //! What was heard while connecting, and what it shows: a laser that cannot be used, or something that is none.
 
-use std::fmt;
-
 use super::error::ScipError;
+use super::laser_line::LaserLine;
 use crate::constants::{EXCERPT_BYTES, HEARD_BYTES, MIN_UNPRINTABLE_SHARE};
 use crate::error::EscapedBytes;
 
-/// What is at the other end of a line on which bytes come, but no reply of a laser.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LaserLine {
-    /// The requests themselves come back.
-    Loopback,
-    /// A modem or radio link in command mode.
-    Modem,
-    /// The pan-tilt unit.
-    PanTilt,
-    /// A laser that sends scans and takes no request.
-    DeafLaser,
-    /// Most bytes are no text: another line rate, or noise.
-    NotText,
-    /// Text of an unknown device.
-    OtherText,
-}
-
-impl fmt::Display for LaserLine {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Loopback => {
-                "the requests come back and nothing else does, so the cable or adapter loops its output to its input; \
-                 connect the sensor, and check that transmit and receive are not bridged"
-            }
-            Self::Modem => {
-                "a modem or radio link in command mode answers; this is not the sensor's port, or its link must be set up first"
-            }
-            Self::PanTilt => {
-                "the pan-tilt unit answers here; exchange the two ports in the configuration"
-            }
-            Self::DeafLaser => {
-                "a sensor sends scans but takes no request; check the wire that carries requests to it, then power-cycle it"
-            }
-            Self::NotText => {
-                "these bytes are no text, so the line rate is not the sensor's (a URG-04LX starts at 19200), or the line \
-                 picks up noise; set the sensor's rate, check cable and ground"
-            }
-            Self::OtherText => {
-                "an unknown device answers; check that this is the sensor's port and that no other program uses it"
-            }
-        })
-    }
-}
-
 /// The first and the last bytes heard, and the bytes sent, since the start of connecting.
 #[derive(Debug, Default)]
-pub(super) struct HeardBytes {
+pub(super) struct HeardFromLaser {
     first: Vec<u8>,
     last: Vec<u8>,
     sent: Vec<u8>,
@@ -69,7 +24,7 @@ fn keep_first(kept: &mut Vec<u8>, bytes: &[u8]) {
     kept.extend(bytes.iter().take(room));
 }
 
-impl HeardBytes {
+impl HeardFromLaser {
     pub(super) fn note(&mut self, bytes: &[u8]) {
         self.total = self.total.saturating_add(bytes.len() as u64);
         let unprintable = bytes.iter().filter(|byte| !is_printable(**byte)).count();
@@ -179,7 +134,7 @@ mod tests {
     use super::*;
 
     fn line_of(sent: &[u8], heard: &[u8]) -> LaserLine {
-        let mut bytes = HeardBytes::default();
+        let mut bytes = HeardFromLaser::default();
         bytes.note_sent(sent);
         bytes.note(heard);
         bytes.line()
@@ -226,7 +181,7 @@ mod tests {
 
     #[test]
     fn the_excerpt_is_short_and_memory_is_bounded() {
-        let mut bytes = HeardBytes::default();
+        let mut bytes = HeardFromLaser::default();
         for _ in 0..100 {
             bytes.note(b"0123456789abcdef\n");
             bytes.note_sent(b"QT\n");

@@ -40,7 +40,7 @@ mod tests {
     /// A reply of 200 bytes with its LF, its last byte so long after its first.
     fn reply(took_ms: u64) -> ScipMessage {
         let mut framer = Framer::default();
-        let text = vec![b'x'; 199];
+        let text = [b'x'; 199];
         framer.take(&mut &text[..], Duration::ZERO);
         let end = Duration::from_millis(took_ms);
         framer.take(&mut &b"\n\n"[..], end).expect("a message")

@@ -4,7 +4,7 @@ use super::action::{LaserAction, LaserEvent, Rejection};
 use super::connecting::Connecting;
 use super::dialogue::{Dialogue, DialogueOutcome, DriverContext};
 use super::error::ScipError;
-use super::heard::HeardBytes;
+use super::heard::HeardFromLaser;
 use super::identity::LaserIdentity;
 use super::options::{ScipOptions, StreamPlan};
 use super::stopping::Stopping;
@@ -52,7 +52,7 @@ impl ScipDriver {
             options,
             identity: None,
             rejected: 0,
-            heard: HeardBytes::default(),
+            heard: HeardFromLaser::default(),
         };
         Self {
             context,
@@ -148,7 +148,7 @@ impl ScipDriver {
     /// Connects from any state of device and driver.
     pub fn connect(&mut self, now: Duration) {
         self.framer.clear();
-        self.context.heard = HeardBytes::default();
+        self.context.heard = HeardFromLaser::default();
         self.phase = DriverPhase::Busy(Box::new(Connecting::start(now, &mut self.context)));
     }
 

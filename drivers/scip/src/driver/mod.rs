@@ -18,6 +18,7 @@ mod dialogue;
 mod error;
 mod heard;
 mod identity;
+mod laser_line;
 mod line_pace;
 mod machine;
 mod options;
@@ -31,8 +32,8 @@ mod time_exchange;
 
 pub use action::{LaserAction, LaserEvent, Rejection};
 pub use error::ScipError;
-pub use heard::LaserLine;
 pub use identity::LaserIdentity;
+pub use laser_line::LaserLine;
 pub use machine::ScipDriver;
 pub use options::{ScipOptions, StreamPlan};
 pub use recovery::{RecoveryCause, RecoveryStep};
