@@ -99,7 +99,6 @@ impl PtuDriver {
         self.calibration_seen = false;
         self.calibration_end = None;
         self.heard = HeardFromHead::default();
-        self.position_trusted = false;
         self.begin_attempt(now);
     }
 
@@ -277,7 +276,6 @@ impl PtuDriver {
             Ok(identity) => identity,
             Err(fault) => return self.restart_script(ScriptKind::Setup, fault, now),
         };
-        self.position_trusted = self.calibration_seen;
         self.connect_attempts = 0;
         self.emit(PtuEvent::Connected(Box::new(identity)));
         self.start_next(now);

@@ -88,13 +88,10 @@ impl PtuDriver {
             // A calibration sends a notice at every stop.
             Notice::Limit(_) if resetting => {}
             Notice::Limit(axis) => {
-                (self.position_trusted, self.calibration_seen) = (false, false);
+                self.calibration_seen = false;
                 self.emit(PtuEvent::LimitHit(axis));
             }
-            Notice::Cable => {
-                self.position_trusted = false;
-                self.emit(PtuEvent::CableLost);
-            }
+            Notice::Cable => self.emit(PtuEvent::CableLost),
             Notice::Trigger => {}
         }
     }
@@ -217,7 +214,6 @@ impl PtuDriver {
             Err(fault) => return self.restart_script(ScriptKind::Limits, fault, now),
         };
         let spoilt = self.reset_spoilt_by.take();
-        self.position_trusted = spoilt.is_none();
         self.emit(match spoilt {
             None => PtuEvent::HomeDone { pan, tilt },
             Some(notice) => {
@@ -250,7 +246,6 @@ impl PtuDriver {
                 });
             }
             (PtuCommand::Reset, None) => {
-                self.position_trusted = false;
                 self.emit(PtuEvent::Fault(HeadError::ResetFailed { text }));
             }
             (_, None) => self.emit(PtuEvent::Refused {

@@ -94,7 +94,6 @@ pub struct PtuDriver {
     pub(crate) script: Option<(ScriptKind, VecDeque<PtuCommand>)>,
     pub(crate) queue: VecDeque<PtuCommand>,
     pub(crate) draft: IdentityDraft,
-    pub(crate) position_trusted: bool,
     /// The notice that spoilt the calibration under way.
     pub(crate) reset_spoilt_by: Option<Notice>,
     pub(crate) connect_attempts: u32,
@@ -124,7 +123,6 @@ impl PtuDriver {
             script: None,
             queue: VecDeque::new(),
             draft: IdentityDraft::default(),
-            position_trusted: false,
             reset_spoilt_by: None,
             connect_attempts: 0,
             network_rescue_sent: false,
@@ -141,7 +139,6 @@ impl PtuDriver {
     pub fn resumed(options: PtuOptions) -> Self {
         let mut driver = Self::new(options);
         driver.phase = DialoguePhase::Running;
-        driver.position_trusted = true;
         driver
     }
 
@@ -212,13 +209,6 @@ impl PtuDriver {
         self.phase == DialoguePhase::Running && !matches!(self.script, Some((ScriptKind::Setup, _)))
     }
 
-    /// Whether counts stand for angles: true after a calibration that was seen to end, until a limit is hit, settings are lost, the
-    /// cable is disconnected or the driver connects anew.
-    #[must_use]
-    pub fn position_trusted(&self) -> bool {
-        self.position_trusted
-    }
-
     /// Commands waiting or in flight: 0 means that a request goes out at once.
     #[must_use]
     pub fn pending(&self) -> usize {
@@ -277,7 +267,6 @@ impl PtuDriver {
     /// Ends the dialogue and reports why.
     pub(crate) fn go_offline(&mut self, fault: HeadError) {
         self.phase = DialoguePhase::Offline;
-        self.position_trusted = false;
         self.clear_dialogue();
         self.emit(PtuEvent::Fault(fault));
     }
