@@ -1,5 +1,7 @@
 //! A patrol in virtual time and without threads: requests in, verdicts out.
 
+mod scanner_calls;
+
 pub(super) use super::scenes::{displaced_pose, scene, world};
 use super::stored_reference::stored_reference;
 use crate::alarm::Incident;
@@ -9,14 +11,12 @@ use crate::devices::{Cancel, Station};
 use crate::patrol::action::PatrolAction;
 use crate::patrol::event::{PatrolEvent, PatrolRequest, PatrolTask, RefusalReason};
 use crate::patrol::machine::{self, PatrolMachine};
-use crate::service::constants::{IDLE_CHECK_INTERVAL, TICK};
+use crate::service::constants::TICK;
 use crate::service::judgement::{
     SweepFinding, SweepJudgement, VisitBasis, VisitFinding, judge_sweep,
 };
 use crate::service::reference_cache::ReferenceCache;
-use crate::service::scanner::{
-    ConnectError, DeviceNoteSink, Scanner, ScannerConnector, ScannerError,
-};
+use crate::service::scanner::{ConnectError, Scanner, ScannerError};
 use crate::service::scanner_thread::max_sweep_duration;
 use crate::service::station_scanner::StationConnector;
 use crate::store::StoredReference;
@@ -237,35 +237,6 @@ impl VirtualPatrol {
         self.perform(actions);
     }
 
-    /// As the scanner thread does it.
-    fn check_idle_devices(&mut self) {
-        if self.devices.now() < self.last_idle_check + IDLE_CHECK_INTERVAL {
-            return;
-        }
-        self.last_idle_check = self.devices.now();
-        self.report_lost_devices();
-    }
-
-    fn report_lost_devices(&mut self) {
-        let error = self
-            .scanner
-            .as_mut()
-            .and_then(|scanner| scanner.check_connected().err());
-        if let Some(error) = error.filter(|error| error.lost) {
-            self.events
-                .push_back(PatrolEvent::DevicesLost(error.reason));
-        }
-    }
-
-    /// As the scanner thread does it.
-    fn report_homing(&mut self) {
-        let homings = self.scanner.as_ref().map(|scanner| scanner.homings());
-        if let Some(homings) = homings.filter(|homings| *homings != self.homings) {
-            self.homings = homings;
-            self.events.push_back(PatrolEvent::HeadHomed);
-        }
-    }
-
     fn perform(&mut self, actions: Vec<PatrolAction>) {
         for action in actions {
             match action {
@@ -319,24 +290,6 @@ impl VirtualPatrol {
                 other => panic!("not implemented here: {other:?}"),
             }
         }
-    }
-
-    /// As the scanner thread does it.
-    fn resume_or_connect(&mut self) -> Result<(), ConnectError> {
-        let cancel = Cancel::new();
-        if let Some(scanner) = &mut self.scanner {
-            match scanner.resume(&cancel) {
-                Ok(()) => return Ok(()),
-                Err(error) if error.absent => return Err(error),
-                Err(_) => {}
-            }
-        }
-        self.scanner = None;
-        let notes = DeviceNoteSink::new(|_, _, _| ());
-        let mut scanner = self.connector.connect(&self.settings, &notes, &cancel)?;
-        scanner.describe();
-        self.scanner = Some(scanner);
-        Ok(())
     }
 
     fn sweep(&mut self, request: &PatrolRequest) {
