@@ -93,9 +93,10 @@ impl TurnHistory {
                 )));
             }
         }
+        // A head that is used as it was found is left alone.
         let rested = self
             .homed_at
-            .is_none_or(|at| now.saturating_sub(at) >= MIN_HOMING_INTERVAL);
+            .is_some_and(|at| now.saturating_sub(at) >= MIN_HOMING_INTERVAL);
         (self.round_is_over && rested).then_some(HomingReason::RoundOver)
     }
 }

@@ -193,9 +193,12 @@ fn a_new_reference_begins_anew() {
 
 #[test]
 fn a_round_is_over_where_a_waypoint_comes_again() {
-    let mut history = fresh();
-    history.homed(Duration::ZERO);
     let later = MIN_HOMING_INTERVAL;
+    let mut history = fresh();
+    history.observe(&seen("hall", 0.0, 0.0));
+    history.observe(&seen("hall", 0.0, 0.0));
+    assert_eq!(history.reason_to_home(later), None, "used as it was found");
+    history.homed(Duration::ZERO);
     history.observe(&seen("hall", 0.0, 0.0));
     history.observe(&seen("store", 0.0, 0.0));
     assert_eq!(history.reason_to_home(later), None);
