@@ -1,56 +1,23 @@
 //! The plan of one sweep in the devices' units, from request, settings and the devices' identities.
 
+mod request;
 mod stream;
 mod tilt;
+
+pub use self::request::SweepRequest;
+pub(crate) use self::tilt::TiltPlan;
 
 use self::stream::plan_stream;
 use self::tilt::{TiltAxis, bounded_speed};
 use super::constants::{APPROACH_RAD_S, LIMIT_MARGIN_STEPS};
 use super::error::DeviceError;
-use crate::config::{MountConfig, PtuConfig, SweepConfig, SweepMode};
+use crate::config::{PtuConfig, SweepMode};
 use patrold_engine::geometry::Mount;
 use patrold_engine::scan::ScanGeometry;
 use patrold_engine::sweep::{PanSegment, RawSweep};
 use ptu::{AxisIdentity, AxisScale, HeadIdentity, Sign};
 use scip::{LaserIdentity, LaserParameters, StreamPlan};
 use std::time::Duration;
-
-/// A sweep in radians and metres.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SweepRequest {
-    /// Continuous or step-and-stare.
-    pub mode: SweepMode,
-    /// First tilt, radians.
-    pub tilt_from_rad: f64,
-    /// Last tilt, radians; the head moves from the first to the last, always.
-    pub tilt_to_rad: f64,
-    /// Speed of a continuous sweep, radians per second.
-    pub speed_rad_s: f64,
-    /// Distance between lines of step-and-stare, radians.
-    pub step_rad: f64,
-    /// Added to the laser's timestamps, seconds; stored with the sweep.
-    pub time_offset_s: f64,
-    /// Pans in this order, radians.
-    pub pans_rad: Vec<f64>,
-    /// Chain from base to laser; stored with the sweep.
-    pub mount: Mount,
-}
-
-impl SweepRequest {
-    /// The configured sweep at these pans, radians; `Settings::pans_rad` has those of a waypoint.
-    pub fn new(settings: &SweepConfig, mount: &MountConfig, pans_rad: &[f64]) -> Self {
-        Self {
-            mode: settings.mode,
-            tilt_from_rad: settings.tilt_from_rad,
-            tilt_to_rad: settings.tilt_to_rad,
-            speed_rad_s: settings.speed_rad_s,
-            step_rad: settings.step_rad,
-            time_offset_s: settings.time_offset_s,
-            pans_rad: pans_rad.to_vec(),
-            mount: mount.chain(),
-        }
-    }
-}
 
 /// What the plan needs of the head.
 #[derive(Debug, Clone)]
@@ -75,34 +42,6 @@ impl LaserFacts {
         Self {
             parameters: identity.parameters,
             line_bytes_s: identity.line_bytes_s,
-        }
-    }
-}
-
-/// Motion of the tilt axis.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum TiltPlan {
-    /// At constant speed.
-    Continuous {
-        /// Start, counts.
-        start_steps: i32,
-        /// End, counts.
-        end_steps: i32,
-        /// Counts per second, positive.
-        speed_steps_s: i32,
-        /// Counts of the speed ramp at each end; positions there are not at constant speed.
-        ramp_steps: i32,
-    },
-    /// Stops at each of these counts.
-    Steps(Vec<i32>),
-}
-
-impl TiltPlan {
-    /// Tilt before the first scan, counts.
-    pub(super) fn start_steps(&self) -> Option<i32> {
-        match self {
-            Self::Continuous { start_steps, .. } => Some(*start_steps),
-            Self::Steps(targets) => targets.first().copied(),
         }
     }
 }

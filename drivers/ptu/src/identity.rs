@@ -264,6 +264,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn limits_belong_to_their_range() {
+        let limits = AxisLimits {
+            min_steps: -907,
+            max_steps: 604,
+        };
+        let inside = [-908, -907, 0, 604, 605].map(|steps| limits.contains(steps));
+        assert_eq!(inside, [false, true, true, true, false]);
+    }
+
+    #[test]
     fn supply_texts_of_both_families() {
         let old = Health::from_text("Input 30 VDC @ 86 degF").expect("numbers");
         assert!(

@@ -1,10 +1,38 @@
 //! The motion of the tilt axis: range, speed, lines.
 
-use super::{SweepRequest, TiltPlan};
+use super::request::SweepRequest;
 use crate::devices::constants::{LIMIT_MARGIN_STEPS, MARGIN_LINES, MIN_RANGE_RAD};
 use crate::devices::error::DeviceError;
 use ptu::{AxisIdentity, AxisScale};
 use std::time::Duration;
+
+/// Motion of the tilt axis.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum TiltPlan {
+    /// At constant speed.
+    Continuous {
+        /// Start, counts.
+        start_steps: i32,
+        /// End, counts.
+        end_steps: i32,
+        /// Counts per second, positive.
+        speed_steps_s: i32,
+        /// Counts of the speed ramp at each end; positions there are not at constant speed.
+        ramp_steps: i32,
+    },
+    /// Stops at each of these counts.
+    Steps(Vec<i32>),
+}
+
+impl TiltPlan {
+    /// Tilt before the first scan, counts.
+    pub(in crate::devices) fn start_steps(&self) -> Option<i32> {
+        match self {
+            Self::Continuous { start_steps, .. } => Some(*start_steps),
+            Self::Steps(targets) => targets.first().copied(),
+        }
+    }
+}
 
 pub(super) struct PlannedTilt {
     pub motion: TiltPlan,
