@@ -57,7 +57,7 @@ mod tests {
             ("d/c.txt", Vec::new()),
         ];
         for (name, bytes) in &files {
-            append(&mut archive, name, bytes, 1_800_000_000).expect("appended");
+            append(&mut archive, name, bytes, 1_700_000_000).expect("appended");
         }
         finish(&mut archive).expect("ended");
         let path = dir.path().join("x.tar");
