@@ -144,7 +144,7 @@ impl PatrolMachine {
         match event {
             PatrolEvent::DevicesReady => self.devices_ready(&mut out),
             PatrolEvent::HeadHomed => self.turns.homed(now),
-            PatrolEvent::HomingDone => self.homing_done(&mut out),
+            PatrolEvent::HomingDone => self.homing_done(now, &mut out),
             PatrolEvent::ViewTurned(seen) => self.turns.observe(&seen),
             PatrolEvent::DevicesFailed(reason) => self.devices_failed(now, reason, &mut out),
             PatrolEvent::DevicesAbsent(reason) => self.devices_absent(now, reason, &mut out),

@@ -50,10 +50,12 @@ impl PatrolMachine {
         out.extend([event, PatrolAction::HomeHead]);
     }
 
-    pub(super) fn homing_done(&mut self, out: &mut Vec<PatrolAction>) {
+    pub(super) fn homing_done(&mut self, now: Duration, out: &mut Vec<PatrolAction>) {
         if self.devices != DeviceAvailability::Homing {
             return;
         }
+        // Whether or not its scanner counts homings: the reason is gone.
+        self.turns.homed(now);
         self.devices = DeviceAvailability::Ready;
         if let Some(request) = self.take_waiting_for_devices() {
             self.start_sweep(request, out);
