@@ -74,7 +74,7 @@ fn beside(dir: &Path, visits: i64) {
     ] {
         let started = Instant::now();
         std::thread::scope(|scope| {
-            let other = scope.spawn(|| work());
+            let other = scope.spawn(work);
             let mut rounds = 0;
             while !other.is_finished() && rounds < 3 {
                 println!("while {what} runs:");

@@ -103,13 +103,12 @@ impl Store {
         };
         rebuild().map_err(|error| error.with_path(&new))?;
         drop(db);
-        let replaced =
-            put_in_place(&*disk, dir, &new, "rebuild", stamp).map_err(|(error, mut old)| {
-                // The first error counts.
-                let _ = old.undo(&*disk);
-                error
-            })?;
-        result.old_database = replaced.kept;
+        let (mut old, done) = put_in_place(&*disk, dir, &new, "rebuild", stamp);
+        done.inspect_err(|_| {
+            // The first error counts.
+            let _ = old.undo(&*disk);
+        })?;
+        result.old_database = old.kept;
         disk.sync_folder(dir).map_err(file_error(dir))?;
 
         let mut store = Self::open(dir)?;

@@ -52,12 +52,10 @@ impl Store {
     ) -> Result<BackupResult, StoreError> {
         let mut prepared = PreparedRestore::new(dir, from, Arc::clone(&disk), progress)?;
         // Where undoing fails, nothing is there to do it later: the next start sees by the journal what the database has not.
-        let mut swapped = prepared
-            .put_in_place(stamp)
-            .map_err(|(error, mut swapped)| {
-                let _ = swapped.undo();
-                error
-            })?;
+        let (mut swapped, done) = prepared.put_in_place(stamp);
+        done.inspect_err(|_| {
+            let _ = swapped.undo();
+        })?;
         match Self::open_on(dir, disk) {
             Ok(restored) => restored.close(),
             Err(error) => {
@@ -108,22 +106,14 @@ impl PreparedRestore {
     }
 
     /// The database first: after a stop between both the journal is ahead, which is noticed and loses nothing.
-    ///
-    /// # Errors
-    /// The disk fails; what is in place by then is to be undone.
-    fn put_in_place(
-        &mut self,
-        stamp: &RecordTime,
-    ) -> Result<SwappedStore, (StoreError, SwappedStore)> {
+    /// Where the disk fails, what is in place by then is to be undone.
+    fn put_in_place(&mut self, stamp: &RecordTime) -> (SwappedStore, Result<(), StoreError>) {
         let mut swapped = SwappedStore::new(&self.dir, Arc::clone(&self.disk));
-        let swap = swapped
+        let done = swapped
             .replace_database(&self.new, stamp)
             .and_then(|()| swapped.replace_journal(&self.new_journal, stamp));
-        if let Err(error) = swap {
-            return Err((error, swapped));
-        }
         self.result.old_database = swapped.kept_database().map(Path::to_owned);
-        Ok(swapped)
+        (swapped, done)
     }
 
     /// Copies what was deleted meanwhile, and checks the store.
@@ -162,10 +152,10 @@ impl Ledger {
         }
         self.store.append_to_journal();
         self.store.fold_log();
-        let swapped = match prepared.put_in_place(stamp) {
-            Ok(swapped) => swapped,
-            Err((error, swapped)) => return Err(self.give_up(error, swapped)),
-        };
+        let (swapped, done) = prepared.put_in_place(stamp);
+        if let Err(error) = done {
+            return Err(self.give_up(error, swapped));
+        }
         match Store::open_on(&prepared.dir, Arc::clone(&self.store.disk)) {
             Ok(restored) => {
                 std::mem::replace(&mut self.store, restored).close();

@@ -8,9 +8,12 @@ use patrold_engine::report::NoveltyRecord;
 use rusqlite::{Connection, params};
 use std::path::Path;
 
-/// Kind, place, class and size of the thing of each alarm, hall and yard in turn. Sizes are of the shape's first, second or third
+/// Kind, place, and shape where it has one: class and size.
+type Thing = (NoveltyKind, [f64; 2], Option<(&'static str, [f64; 3])>);
+
+/// The thing of each alarm, hall and yard in turn. Sizes are of the shape's first, second or third
 /// side.
-const THINGS: [(NoveltyKind, [f64; 2], Option<(&str, [f64; 3])>); 8] = [
+const THINGS: [Thing; 8] = [
     (
         NoveltyKind::Appeared,
         [3.0, 4.0],

@@ -188,17 +188,15 @@ impl ThingFilter {
 impl NearFilter {
     /// Within a rectangle around all places: most of what is far is left out before its row is given.
     fn require_bounds(&self, conditions: &mut Conditions) {
-        let axes: [(&str, fn(&FloorPlace) -> f64); 2] =
-            [("n.x_m", |place| place.x_m), ("n.y_m", |place| place.y_m)];
-        for (column, axis) in axes {
-            let along = self.places.iter().map(axis);
-            let from = along.clone().fold(f64::INFINITY, f64::min) - self.within_m;
-            let to = along.fold(f64::NEG_INFINITY, f64::max) + self.within_m;
-            conditions.require(
-                format!("{column} BETWEEN ? AND ?"),
-                [from.into(), to.into()],
-            );
-        }
+        let xs = self.places.iter().map(|place| place.x_m);
+        let ys = self.places.iter().map(|place| place.y_m);
+        let around = |along: &[f64]| {
+            let from = along.iter().copied().fold(f64::INFINITY, f64::min);
+            let to = along.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            [(from - self.within_m).into(), (to + self.within_m).into()]
+        };
+        conditions.require("n.x_m BETWEEN ? AND ?", around(&xs.collect::<Vec<_>>()));
+        conditions.require("n.y_m BETWEEN ? AND ?", around(&ys.collect::<Vec<_>>()));
     }
 
     /// Places by the id of their waypoint; a name that was forgotten and taught again is several.

@@ -22,18 +22,15 @@ pub(in crate::store) fn remove_log(disk: &dyn Disk, path: &Path) {
     }
 }
 
-/// Puts the database at `new` in the place of that of the store in `dir`. Returns where the old one is, if there was one;
-/// `before` is what replaced it.
-///
-/// # Errors
-/// The disk fails. What was moved was moved back, unless that failed too: [`undo`] says.
+/// Puts the database at `new` in the place of that of the store in `dir`; `before` is what replaced it. Returns where the old one
+/// is, also where the disk fails: then what is done by then is to be undone.
 pub(in crate::store) fn put_in_place(
     disk: &dyn Disk,
     dir: &Path,
     new: &Path,
     before: &str,
     stamp: &RecordTime,
-) -> Result<OldDatabase, (StoreError, OldDatabase)> {
+) -> (OldDatabase, Result<(), StoreError>) {
     let path = database_path(dir);
     let mut old = OldDatabase {
         kept: path.exists().then(|| aside(&path, before, stamp)),
@@ -55,13 +52,9 @@ pub(in crate::store) fn put_in_place(
         }
         rename(disk, new, &old.path)
     };
-    match replace() {
-        Ok(()) => {
-            old.is_replaced = true;
-            Ok(old)
-        }
-        Err(error) => Err((error, old)),
-    }
+    let done = replace();
+    old.is_replaced = done.is_ok();
+    (old, done)
 }
 
 /// A database that was replaced, or nearly.

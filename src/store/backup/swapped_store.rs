@@ -41,10 +41,7 @@ impl SwappedStore {
         new: &Path,
         stamp: &RecordTime,
     ) -> Result<(), StoreError> {
-        let (old, done) = match put_in_place(&*self.disk, &self.dir, new, "restore", stamp) {
-            Ok(old) => (old, Ok(())),
-            Err((error, old)) => (old, Err(error)),
-        };
+        let (old, done) = put_in_place(&*self.disk, &self.dir, new, "restore", stamp);
         self.old_database = Some(old);
         done
     }
