@@ -59,7 +59,7 @@ impl NotifySocket {
     }
 }
 
-/// The service, told by systemd to notify `notify` and to feed a watchdog of 0.4 s.
+/// Starts the service as systemd does, with a notification socket and a watchdog time-out of 0.4 s.
 pub(crate) fn run_under_systemd(dir: &Path) -> (NotifySocket, Child) {
     let notify = NotifySocket::listen(dir);
     let child = patrold(dir, &["run"])

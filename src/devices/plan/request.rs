@@ -1,4 +1,4 @@
-//! A sweep as it is asked for.
+//! The request of a sweep: mode, angles, speed, mount.
 
 use crate::config::{MountConfig, SweepConfig, SweepMode};
 use patrold_engine::geometry::Mount;

@@ -29,7 +29,7 @@ impl PatrolMachine {
         self.start_sweep(request, out);
     }
 
-    /// Nothing is asked for: the robot has its answer and drives.
+    /// Homes the head where no request waits: the robot has its answer and drives on.
     pub(super) fn home_if_due(&mut self, now: Duration, out: &mut Vec<PatrolAction>) {
         if self.devices != DeviceAvailability::Ready {
             return;

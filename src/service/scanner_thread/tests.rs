@@ -1,4 +1,4 @@
-//! A scanner that hangs, homes, or is cancelled: what the thread tells of it.
+//! The events of the thread where a scanner hangs, homes, or is cancelled.
 
 use super::{
     CONNECT_AND_HOME_LIMIT, RETURN_TO_START_LIMIT, ScannerEvent, ScannerThread, max_sweep_duration,
@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Homes in every call that may, and tells how often.
+/// Homes when connected, when asked to, and before a sweep at `lost`; counts its homings.
 #[derive(Default)]
 struct CountingScanner(u64);
 

@@ -80,6 +80,14 @@ fn after_a_round_the_head_is_homed_once_the_client_has_its_answer() {
 }
 
 #[test]
+fn a_head_whose_homings_are_not_counted_is_homed_once() {
+    let mut machine = homing();
+    assert_eq!(machine.handle(LATER, PatrolEvent::HomingDone), []);
+    assert_eq!(machine.handle(LATER, PatrolEvent::Tick), []);
+    assert_eq!(machine.phase(), "idle");
+}
+
+#[test]
 fn a_request_waits_for_the_end_of_the_homing() {
     let mut machine = homing();
     let sweep = request(3, PatrolTask::Sweep);
@@ -92,7 +100,7 @@ fn a_request_waits_for_the_end_of_the_homing() {
                 PatrolEvent::HomingDone,
                 vec![PatrolAction::StartSweep(sweep)],
             ),
-            // One that is told twice changes nothing.
+            // A second event of the same homing changes nothing.
             (PatrolEvent::HomingDone, vec![]),
         ],
     );
@@ -161,7 +169,7 @@ fn a_homing_that_fails_opens_the_devices_anew() {
         machine.handle(later, PatrolEvent::Tick),
         [PatrolAction::OpenDevices]
     );
-    // What the homing still tells is not of these devices.
+    // A late event of the failed homing changes nothing.
     assert_eq!(machine.handle(later, PatrolEvent::HomingDone), []);
     assert_eq!(
         machine.handle(later, PatrolEvent::DevicesReady)[0],
