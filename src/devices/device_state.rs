@@ -157,6 +157,9 @@ impl DeviceState {
             // The port is back; the device is connecting.
             PortMessage::Laser(PortEvent::Opened) => self.laser_error = None,
             PortMessage::Head(PortEvent::Opened) => self.head_error = None,
+            PortMessage::Laser(PortEvent::Device(scip::LaserEvent::BitRateKept { wanted })) => {
+                self.warn(Device::Laser, bit_rate_kept(*wanted));
+            }
             PortMessage::Laser(PortEvent::Device(_)) => {}
             PortMessage::Head(PortEvent::Device(HeadEvent::Ptu(event))) => {
                 self.handle_head_event(event)
@@ -221,6 +224,12 @@ impl DeviceState {
     }
 }
 
+fn bit_rate_kept(wanted_bit_s: u32) -> String {
+    format!(
+        "does not take {wanted_bit_s} bit/s and keeps its rate: its sweeps are planned for that"
+    )
+}
+
 fn not_connected(device: Device, port: &str, error: Option<&DeviceError>) -> DeviceError {
     error.cloned().unwrap_or_else(|| DeviceError::NotConnected {
         device,
@@ -231,26 +240,34 @@ fn not_connected(device: Device, port: &str, error: Option<&DeviceError>) -> Dev
 
 #[cfg(test)]
 mod tests {
-    use super::{DeviceState, PortMessage};
+    use super::{DeviceNote, DeviceState, PortMessage};
     use crate::devices::error::{Device, DeviceError};
     use crate::devices::head::HeadEvent;
     use crate::devices::lockstep::rig::TestRig;
     use crate::devices::port::PortEvent;
     use crate::devices::port_config::PortConfig;
     use crate::devices::position_trust::PositionTrust;
+    use crate::patrol::severity::Severity;
     use ptu::{Axis, HeadIdentity, PtuEvent};
     use std::sync::mpsc;
     use std::time::Duration;
 
-    fn state_with(trust: &PositionTrust) -> DeviceState {
-        let port = |device| PortConfig {
+    fn port(device: Device) -> PortConfig {
+        PortConfig {
             device,
             name: format!("/dev/{device}"),
             baud: 9600,
             unit: None,
-        };
+        }
+    }
+
+    fn state_with(trust: &PositionTrust, notes: mpsc::Sender<DeviceNote>) -> DeviceState {
         let (laser, head) = (port(Device::Laser), port(Device::Head));
-        DeviceState::new(&laser, &head, false, trust.clone(), mpsc::channel().0)
+        DeviceState::new(&laser, &head, false, trust.clone(), notes)
+    }
+
+    fn unheard() -> mpsc::Sender<DeviceNote> {
+        mpsc::channel().0
     }
 
     fn unit() -> HeadIdentity {
@@ -276,6 +293,21 @@ mod tests {
     }
 
     #[test]
+    fn a_laser_that_keeps_its_bit_rate_is_a_warning() {
+        let (sender, notes) = mpsc::channel();
+        let mut state = state_with(&PositionTrust::default(), sender);
+        let kept = scip::LaserEvent::BitRateKept { wanted: 500_000 };
+        state.handle_message(&PortMessage::Laser(PortEvent::Device(kept)));
+        let note = notes.try_recv().expect("a note");
+        assert_eq!(
+            (note.device, note.severity),
+            (Device::Laser, Severity::Warning)
+        );
+        assert!(note.text.contains("500000 bit/s"), "{}", note.text);
+        assert!(notes.try_recv().is_err(), "only one");
+    }
+
+    #[test]
     fn distrust_outlives_the_station() {
         let unit = unit();
         for event in [
@@ -284,12 +316,12 @@ mod tests {
             PtuEvent::Restarted,
         ] {
             let trust = PositionTrust::default();
-            let mut first = state_with(&trust);
+            let mut first = state_with(&trust, unheard());
             receive(&mut first, connected(&unit));
             assert!(first.is_position_trusted(), "trusted as found");
             receive(&mut first, event.clone());
             drop(first);
-            let mut second = state_with(&trust);
+            let mut second = state_with(&trust, unheard());
             receive(&mut second, connected(&unit));
             assert!(!second.is_position_trusted(), "{event:?}");
             receive(&mut second, home_done(&unit));
@@ -306,22 +338,22 @@ mod tests {
             retry_in: Duration::ZERO,
         });
         let trust = PositionTrust::default();
-        let mut absent = state_with(&trust);
+        let mut absent = state_with(&trust, unheard());
         absent.handle_message(&lost);
-        let mut first = state_with(&trust);
+        let mut first = state_with(&trust, unheard());
         receive(&mut first, connected(&unit));
         assert!(
             first.is_position_trusted(),
             "a port that was never open changes nothing"
         );
         first.handle_message(&lost);
-        let mut second = state_with(&trust);
+        let mut second = state_with(&trust, unheard());
         receive(&mut second, connected(&unit));
         assert!(!second.is_position_trusted());
 
         let trust = PositionTrust::default();
-        state_with(&trust).homing_started();
-        let mut second = state_with(&trust);
+        state_with(&trust, unheard()).homing_started();
+        let mut second = state_with(&trust, unheard());
         receive(&mut second, connected(&unit));
         assert!(!second.is_position_trusted());
     }
@@ -336,7 +368,7 @@ mod tests {
         let mut kept = unit.clone();
         for limit_hit in [false, true] {
             let trust = PositionTrust::default();
-            let mut state = state_with(&trust);
+            let mut state = state_with(&trust, unheard());
             receive(&mut state, connected(&unit));
             let [pan, tilt] = state.marker_speeds().expect("connected");
             for (axis, steps_per_s) in [(Axis::Pan, pan), (Axis::Tilt, tilt)] {
@@ -365,24 +397,24 @@ mod tests {
     fn only_the_first_station_trusts_the_head_as_found() {
         let unit = unit();
         let trust = PositionTrust::default();
-        let mut first = state_with(&trust);
+        let mut first = state_with(&trust, unheard());
         receive(&mut first, connected(&unit));
         first.closed(false);
-        let mut next = state_with(&trust);
+        let mut next = state_with(&trust, unheard());
         receive(&mut next, connected(&unit));
         assert!(
             next.is_position_trusted(),
             "one that never opened moved nothing"
         );
         next.closed(true);
-        let mut second = state_with(&trust);
+        let mut second = state_with(&trust, unheard());
         receive(&mut second, connected(&unit));
         assert!(!second.is_position_trusted());
     }
 
     #[test]
     fn a_limit_hit_while_connecting_prevents_trust() {
-        let mut state = state_with(&PositionTrust::default());
+        let mut state = state_with(&PositionTrust::default(), unheard());
         receive(&mut state, PtuEvent::LimitHit(Axis::Tilt));
         receive(&mut state, connected(&unit()));
         assert!(!state.is_position_trusted());
@@ -392,7 +424,7 @@ mod tests {
     fn a_calibration_that_moves_the_limits_is_not_trusted() {
         let unit = unit();
         let trust = PositionTrust::default();
-        let mut state = state_with(&trust);
+        let mut state = state_with(&trust, unheard());
         receive(&mut state, connected(&unit));
         let mut calibrated = unit.clone();
         calibrated.pan.limits.max_steps -= 20;

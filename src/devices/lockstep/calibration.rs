@@ -1,7 +1,7 @@
 //! Calibration finds the hidden mount, time offset and backlash of emulated robots from sweeps of the shipped scenes.
 
 use super::rig::TestRig;
-use crate::config::SweepMode;
+use crate::config::{Settings, SweepMode};
 use crate::devices::calibration_plan::calibration_requests;
 use patrold_engine::geometry::RollPitchYaw;
 use patrold_engine::sweep::{
@@ -185,6 +185,43 @@ fn mount_time_and_backlash_hidden_in_the_storeroom_are_found() {
 #[test]
 fn mount_time_and_backlash_hidden_in_the_office_are_found() {
     assert_found(1);
+}
+
+/// A robot of the storeroom whose laser has this roll, configured with another.
+fn roll_found(true_deg: f64, configured_deg: f64, several_pans: bool) -> ParameterEstimate {
+    let (scene, mut hidden) = MISALIGNED[0];
+    hidden.rpy_deg[0] = true_deg;
+    let mut rig = TestRig::ready_in_scene(options(7, hidden), scene);
+    let mut settings = Settings::defaults();
+    settings.mount.laser_rpy_rad[0] = configured_deg.to_radians();
+    let mut request = TestRig::request(SweepMode::Continuous);
+    request.mount = settings.mount.chain();
+    let taken: Vec<RawSweep> = calibration_requests(&request, several_pans)
+        .iter()
+        .map(|request| rig.sweep(request, |_, _, _| {}).expect("a sweep"))
+        .collect();
+    let found = calibrate(&taken, None).expect("calibrates");
+    estimate(&found, CalibrationParameter::Roll)
+}
+
+#[test]
+fn a_laser_that_is_mounted_the_other_way_up_than_configured_is_found_by_several_pans() {
+    for (true_deg, configured_deg) in [(178.6, 0.0), (-1.3, 180.0)] {
+        let roll = roll_found(true_deg, configured_deg, true);
+        let found_deg = roll.value.to_degrees();
+        assert!(roll.observable, "{roll:?}");
+        assert!((found_deg - true_deg).abs() < 0.05, "{found_deg}");
+        assert!((roll.present.to_degrees() - configured_deg).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn one_pan_cannot_show_which_way_up_a_laser_is_mounted() {
+    let roll = roll_found(178.6, 0.0, false);
+    assert!(
+        roll.value.abs() < 0.1,
+        "stays with what is configured: {roll:?}"
+    );
 }
 
 #[test]

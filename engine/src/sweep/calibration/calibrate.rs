@@ -1,7 +1,7 @@
 //! From raw sweeps to estimates of the parameters, their standard deviations, and whether they are observable.
 
 use super::beams::{CalibrationBeam, calibration_beams};
-use super::constants::{MIN_FLOOR_COS, MIN_PLANES, MIN_SIGMA_M, ROUNDS};
+use super::constants::{MIN_FLOOR_COS, MIN_PLANES, MIN_SIGMA_M, ROUNDS, SAME_PAN_RAD};
 use super::normal_equations::DenseNormalEquations;
 use super::parameters::{CalibrationParameter, CalibrationValues, KinematicChain, SHARED_UNKNOWNS};
 use super::planes::{CalibrationPlane, PanSegmentPoints, find_planes};
@@ -11,6 +11,7 @@ use crate::sweep::constants::URG_NOISE;
 use crate::sweep::error::SweepError;
 use crate::sweep::raw::RawSweep;
 use nalgebra::{Point3, Vector3};
+use std::f64::consts::PI;
 
 /// The estimate of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,7 +73,8 @@ pub enum CalibrationError {
     NoFit,
 }
 
-/// Estimates mount, clock and head from sweeps that were all taken from one position. `floor_level_rad`: the floor is known to
+/// Estimates mount, clock and head from sweeps that were all taken from one position. Sweeps at several pans also show whether
+/// the laser is mounted the other way up than configured. `floor_level_rad`: the floor is known to
 /// be level in the base frame, to that standard deviation.
 ///
 /// # Errors
@@ -101,9 +103,8 @@ pub fn calibrate(
     {
         return Err(CalibrationError::Mixed { index: at + 1 });
     }
-    let prior = present.values();
-    let input = CalibrationInput {
-        prior,
+    let mut input = CalibrationInput {
+        prior: present.values(),
         beams: calibration_beams(sweeps)?,
         pitches_rad: sweeps
             .iter()
@@ -112,7 +113,11 @@ pub fn calibrate(
         floor_level_rad,
         present,
     };
-    let mut shared = prior;
+    let turned_over = input.turned_over();
+    if input.beams_on_common_planes(turned_over) > input.beams_on_common_planes(input.prior) {
+        input.prior = turned_over;
+    }
+    let mut shared = input.prior;
     let mut segment_time_s = vec![0.0; input.pitches_rad.len()];
     let mut fitted = None;
     for tolerance in ROUNDS {
@@ -127,6 +132,7 @@ pub fn calibrate(
 /// The data of a calibration.
 struct CalibrationInput {
     present: CalibrationValues,
+    /// Where the search starts and what it is drawn to: the present values, or those of a laser turned over.
     prior: [f64; SHARED_UNKNOWNS],
     beams: Vec<CalibrationBeam>,
     /// Angle between lines, for every pan segment.
@@ -143,6 +149,36 @@ struct RoundFit {
 }
 
 impl CalibrationInput {
+    /// The present values of a laser that is mounted the other way up.
+    fn turned_over(&self) -> [f64; SHARED_UNKNOWNS] {
+        let mut values = self.present.values();
+        values[0] = if values[0] > 0.0 {
+            values[0] - PI
+        } else {
+            values[0] + PI
+        };
+        values
+    }
+
+    /// Beams on planes that at least two pans saw. A cloud taken for the other way up is mirrored, so that a wall stands
+    /// somewhere else for each pan; with one pan nothing shows it.
+    fn beams_on_common_planes(&self, shared: [f64; SHARED_UNKNOWNS]) -> usize {
+        let mut state = CalibrationState {
+            shared,
+            segment_time_s: vec![0.0; self.pitches_rad.len()],
+            planes: Vec::new(),
+        };
+        let hits = self.find_hits(&mut state, ROUNDS[0]);
+        let mut pans_rad = vec![None; state.planes.len()];
+        let mut is_common = vec![false; state.planes.len()];
+        for hit in &hits {
+            let pan_rad = self.beams[hit.beam].pan_rad;
+            let first_rad = *pans_rad[hit.plane].get_or_insert(pan_rad);
+            is_common[hit.plane] |= (pan_rad - first_rad).abs() > SAME_PAN_RAD;
+        }
+        hits.iter().filter(|hit| is_common[hit.plane]).count()
+    }
+
     /// Finds planes at these values and makes them flat.
     fn fit(
         &self,
@@ -253,7 +289,7 @@ impl CalibrationInput {
         let covariance = problem.covariance(state, &fit.normal);
         let covariance = covariance.ok_or(CalibrationError::NoFit)?;
         Ok(Calibration {
-            estimates: estimates(&self.prior, &state.shared, |i| {
+            estimates: estimates(&self.present.values(), &state.shared, |i| {
                 let sigma = covariance[(i, i)].sqrt();
                 sigma.hypot(CalibrationParameter::ALL[i].common_sigma())
             }),

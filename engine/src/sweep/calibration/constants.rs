@@ -20,6 +20,10 @@ pub(super) const MIN_PLANE_BEAMS: usize = 300;
 /// Most planes: a room has six and its furniture some more; each adds three unknowns.
 pub(super) const MAX_PLANES: usize = 16;
 
+/// Pans that differ by less are one, radians: 0.6 deg, more than the counts that a head settles beside its target, and far
+/// less than pans that are worth a sweep of their own.
+pub(super) const SAME_PAN_RAD: f64 = 0.01;
+
 /// Fewest planes of a calibration (sweep-geometry section 5: three of different orientation).
 pub(super) const MIN_PLANES: usize = 3;
 
