@@ -9,10 +9,11 @@ use crate::command::{AxisProperty, PtuCommand};
 use crate::constants::{CALIBRATION_POLL_AFTER, CALIBRATION_TIMEOUT, MAX_SCRIPT_RUNS, SETTLE_TIME};
 use crate::driver::{DialoguePhase, PtuDriver, ScriptKind};
 use crate::error::HeadError;
-use crate::heard::HeardFromHead;
 use crate::identity::IdentityDraft;
 use crate::line::{Notice, ReplyLine};
 use crate::reply::{self, ReplyOutcome};
+use crate::who_answers::not_a_head;
+use heard::HeardBytes;
 
 /// Terminates a half-typed command of another program, and a running monitor (ptu-d46 sections 2 and 8).
 const FLUSH_SPACES: &[u8] = b"   ";
@@ -98,7 +99,7 @@ impl PtuDriver {
         self.connect_attempts = 0;
         self.calibration_seen = false;
         self.calibration_end = None;
-        self.heard = HeardFromHead::default();
+        self.heard = HeardBytes::default();
         self.begin_attempt(now);
     }
 
@@ -209,10 +210,10 @@ impl PtuDriver {
     pub(crate) fn preamble_timed_out(&mut self, now: Duration) {
         match self.in_flight.map(|f| f.command) {
             _ if self.options.gives_up_on_garbage && self.heard.is_garbage() => {
-                self.go_offline(self.heard.error());
+                self.go_offline(not_a_head(&self.heard));
             }
             Some(PtuCommand::EchoOff | PtuCommand::Terse) => self.handle_preamble_reply("", now),
-            _ => self.attempt_failed(self.heard.error(), now),
+            _ => self.attempt_failed(not_a_head(&self.heard), now),
         }
     }
 

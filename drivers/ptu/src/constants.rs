@@ -73,13 +73,3 @@ pub(crate) const MAX_LIMIT_DEG: f64 = 400.0;
 /// Highest speed that can be, degrees per second: the fastest unit is sold with "over 300" (ptu-d46 section 5). Own choice:
 /// three times that.
 pub(crate) const MAX_SPEED_DEG_S: f64 = 1000.0;
-
-/// Bytes kept of what was heard while connecting, to judge who answers. Own choice: some replies of any device.
-pub(crate) const HEARD_BYTES: usize = 512;
-
-/// Bytes of that in a message. Own choice: half a line of text.
-pub(crate) const EXCERPT_BYTES: usize = 40;
-
-/// Share of bytes that no text has (neither printable ASCII nor CR, LF, tab) from which a line is no text. Own choice: a
-/// wrong line rate or noise spoils most bytes, a bad contact one in a hundred.
-pub(crate) const MIN_UNPRINTABLE_SHARE: f64 = 0.1;

@@ -56,7 +56,7 @@ impl PtuDriver {
     pub fn handle_bytes(&mut self, bytes: &[u8], now: Duration) {
         for byte in bytes {
             if !matches!(self.phase, DialoguePhase::Running | DialoguePhase::Offline) {
-                self.heard.note(*byte);
+                self.heard.note(&[*byte]);
             }
             if let Some(resync) = &mut self.resync {
                 resync.until = resync

@@ -7,9 +7,9 @@ use crate::action::{PtuAction, PtuEvent};
 use crate::command::PtuCommand;
 use crate::constants::{BITS_PER_BYTE, LONGEST_REPLY_BYTES, MAX_TRIES};
 use crate::error::HeadError;
-use crate::heard::HeardFromHead;
 use crate::identity::IdentityDraft;
 use crate::line::{Notice, ReplyBuffer};
+use heard::HeardBytes;
 
 /// Settings of the driver.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -102,7 +102,7 @@ pub struct PtuDriver {
     /// When a calibration under way counts as failed.
     pub(crate) calibration_end: Option<Duration>,
     /// While connecting.
-    pub(crate) heard: HeardFromHead,
+    pub(crate) heard: HeardBytes,
     /// How often the script under way was started again, because its replies did not fit.
     pub(crate) script_restarts: u32,
     /// The last line that matched no command, for messages.
@@ -128,7 +128,7 @@ impl PtuDriver {
             network_rescue_sent: false,
             calibration_seen: false,
             calibration_end: None,
-            heard: HeardFromHead::default(),
+            heard: HeardBytes::default(),
             script_restarts: 0,
             last_unmatched_line: String::new(),
         }

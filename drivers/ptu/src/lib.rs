@@ -22,7 +22,6 @@ mod driver;
 pub mod emulator;
 mod error;
 mod head_line;
-mod heard;
 #[cfg(test)]
 mod hostile_tests;
 mod identity;
@@ -37,6 +36,7 @@ mod requests;
 mod odd_unit_tests;
 #[cfg(test)]
 mod test_rig;
+mod who_answers;
 
 pub use action::{PtuAction, PtuEvent};
 pub use axis::{Axis, AxisScale, Sign, StepSize};

@@ -43,16 +43,6 @@ pub(crate) const SCAN_RPM: std::ops::RangeInclusive<u32> = 60..=24_000;
 /// Largest range of three characters, mm: 18 bits (scip2 section 4).
 pub(crate) const MAX_RANGE_MM: u32 = (1 << 18) - 1;
 
-/// Bytes kept of what was heard while connecting, to judge who answers. Own choice: some replies of any device.
-pub(crate) const HEARD_BYTES: usize = 512;
-
-/// Bytes of that in a message. Own choice: half a line of text.
-pub(crate) const EXCERPT_BYTES: usize = 40;
-
-/// Share of bytes that no text has (neither printable ASCII nor CR, LF, tab) from which a line is no text. Own choice: a
-/// wrong line rate or noise spoils most bytes, a bad contact one in a hundred.
-pub(crate) const MIN_UNPRINTABLE_SHARE: f64 = 0.1;
-
 /// Bits on a serial line per byte, 8N1 (scip2 section 2).
 pub(crate) const BITS_PER_BYTE: u32 = 10;
 

@@ -10,7 +10,7 @@
 //!
 //! On a line slower than wanted, `raising_rate` follows.
 //!
-//! Where nothing that came answers a request, the bytes decide what is there instead (`heard`).
+//! Where nothing that came answers a request, the bytes decide what is there instead (`who_answers`).
 //!
 //! A device that was left streaming sends scans before its echo of `QT`; they are skipped. Nothing waits for silence,
 //! since a stream has none.
@@ -22,6 +22,7 @@ use super::identity::LaserIdentity;
 use super::line_pace::LinePace;
 use super::pending_request::PendingRequest;
 use super::raising_rate::RaisingRate;
+use super::who_answers::not_a_laser;
 use crate::command::info::{InfoReply, ReadInfo};
 use crate::command::parameters::{ParameterReply, ReadParameters};
 use crate::command::quit::Quit;
@@ -179,7 +180,7 @@ impl Connecting {
     /// A failure, said as what it shows about the device.
     fn judged(&self, failure: ScipError, context: &DriverContext) -> ScipError {
         if !self.answered && context.heard.total() > 0 {
-            return context.heard.not_a_laser();
+            return not_a_laser(&context.heard);
         }
         match &failure {
             ScipError::BadReply {
@@ -187,7 +188,7 @@ impl Connecting {
                 last,
                 ..
             } if last.refusal() == Some(StatusMeaning::OldProtocol) => ScipError::Scip11Only {
-                heard: context.heard.last(),
+                heard: context.heard.end().into(),
             },
             _ => failure,
         }
@@ -324,7 +325,7 @@ impl Dialogue for Connecting {
             return DialogueOutcome::Fault(self.judged(timeout, context));
         }
         if context.options.gives_up_on_garbage && !self.answered && context.heard.is_garbage() {
-            return DialogueOutcome::Fault(context.heard.not_a_laser());
+            return DialogueOutcome::Fault(not_a_laser(&context.heard));
         }
         match self.pending.resend(now, context) {
             Ok(()) => DialogueOutcome::Continue,

@@ -5,11 +5,11 @@ use std::fmt::Debug;
 
 use super::action::{LaserAction, LaserEvent, Rejection};
 use super::error::ScipError;
-use super::heard::HeardFromLaser;
 use super::identity::LaserIdentity;
 use super::options::ScipOptions;
 use crate::constants::BITS_PER_BYTE;
 use crate::frame::ScipMessage;
+use heard::HeardBytes;
 use std::time::Duration;
 
 /// What dialogues share: the queue of outputs, the settings, the identity.
@@ -20,7 +20,7 @@ pub(super) struct DriverContext {
     pub(super) identity: Option<LaserIdentity>,
     pub(super) rejected: u64,
     /// While connecting.
-    pub(super) heard: HeardFromLaser,
+    pub(super) heard: HeardBytes,
 }
 
 impl DriverContext {

@@ -4,7 +4,6 @@ use super::action::{LaserAction, LaserEvent, Rejection};
 use super::connecting::Connecting;
 use super::dialogue::{Dialogue, DialogueOutcome, DriverContext};
 use super::error::ScipError;
-use super::heard::HeardFromLaser;
 use super::identity::LaserIdentity;
 use super::options::{ScipOptions, StreamPlan};
 use super::stopping::Stopping;
@@ -15,6 +14,7 @@ use crate::command::quit::Quit;
 use crate::command::request::ScipRequest;
 use crate::frame::{Framer, ScipMessage};
 use crate::scan::ValueCoding;
+use heard::HeardBytes;
 use std::time::Duration;
 
 /// The sans-IO driver of one laser. After every input ([`handle_bytes`](Self::handle_bytes),
@@ -52,7 +52,7 @@ impl ScipDriver {
             options,
             identity: None,
             rejected: 0,
-            heard: HeardFromLaser::default(),
+            heard: HeardBytes::default(),
         };
         Self {
             context,
@@ -148,7 +148,7 @@ impl ScipDriver {
     /// Connects from any state of device and driver.
     pub fn connect(&mut self, now: Duration) {
         self.framer.clear();
-        self.context.heard = HeardFromLaser::default();
+        self.context.heard = HeardBytes::default();
         self.phase = DriverPhase::Busy(Box::new(Connecting::start(now, &mut self.context)));
     }
 

@@ -10,13 +10,12 @@
 //! | `streaming` | idle | scans until stopped; `stamp_continuity` checks them, a silent device is restarted |
 //! | `stopping` | anything | idle, laser off |
 //!
-//! Where no laser answers, `heard` judges by the bytes that came what is there instead.
+//! Where no laser answers, `who_answers` judges by the bytes that came what is there instead.
 
 mod action;
 mod connecting;
 mod dialogue;
 mod error;
-mod heard;
 mod identity;
 mod laser_line;
 mod line_pace;
@@ -29,6 +28,7 @@ mod stamp_continuity;
 mod stopping;
 mod streaming;
 mod time_exchange;
+mod who_answers;
 
 pub use action::{LaserAction, LaserEvent, Rejection};
 pub use error::ScipError;
