@@ -187,6 +187,28 @@ fn another_room_is_not_observed() {
 }
 
 #[test]
+fn views_that_do_not_match_are_compared_over_nothing() {
+    let scan = |scene: &AnalyticScene, seed| {
+        let pattern = ScanPattern::Tilted(1.0);
+        scene.scan(pattern, &at_origin(), URG_NOISE, f64::INFINITY, seed)
+    };
+    let reference = scan(&furnished_room(), 1);
+    // Points through the whole volume: no pose lays them on walls.
+    let mut current = scan(&furnished_room(), 2);
+    for (i, p) in current.points.iter_mut().enumerate() {
+        p.coords *= (i % 97) as f64 / 97.0 + 0.01;
+    }
+    let found = compare(&reference, &current);
+    assert_eq!(found.verdict, Verdict::NotObserved);
+    assert!(found.reason.contains("do not match"), "{}", found.reason);
+    assert_eq!((found.overlap, found.d_gmm), ([0.0; 2], 0.0));
+    assert!(found.novelties.is_empty() && !found.labels.contains(&true));
+    // Views that match are compared.
+    let found = compare(&reference, &scan(&furnished_room(), 3));
+    assert!(found.overlap[0] > 0.9 && found.overlap[1] > 0.9);
+}
+
+#[test]
 fn the_result_does_not_depend_on_the_number_of_threads() {
     let reference = furnished_room().scan(
         ScanPattern::Rings,

@@ -100,6 +100,10 @@ pub(super) const PATCH_SPACINGS: f64 = 1.6;
 /// Smallest radius of a neighbourhood, in cells. Chosen.
 pub(super) const MIN_PATCH_CELLS: f64 = 3.0;
 
+/// Discs of cells that a neighbourhood of surfaces holds at most: a plane that runs along the border between cells fills two, the
+/// corner of a room not much more. A ball of cells has as many at [`MIN_PATCH_CELLS`], and more beyond.
+pub(super) const MAX_PATCH_DISCS: f64 = 4.0;
+
 /// Largest radius of a neighbourhood, metres (or [`MIN_PATCH_CELLS`] if that is more). Chosen.
 pub(super) const MAX_PATCH_RADIUS_M: f64 = 1.0;
 

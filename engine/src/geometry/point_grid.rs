@@ -96,6 +96,20 @@ impl PointGrid {
         radius: f64,
         mut visit: impl FnMut(usize, f64),
     ) {
+        self.for_each_within_while(centre, radius, |i, d2| {
+            visit(i, d2);
+            true
+        });
+    }
+
+    /// As [`Self::for_each_within`], until `visit` returns false.
+    #[inline]
+    pub(super) fn for_each_within_while(
+        &self,
+        centre: &Point3<f64>,
+        radius: f64,
+        mut visit: impl FnMut(usize, f64) -> bool,
+    ) {
         let reach = nalgebra::Vector3::repeat(radius);
         let low = cell_of(&(centre - reach), self.inverse);
         let high = cell_of(&(centre + reach), self.inverse);
@@ -104,8 +118,8 @@ impl PointGrid {
             for y in low[1]..=high[1] {
                 for i in self.members(x, y, low[2], high[2]) {
                     let d2 = (self.points[i] - centre).norm_squared();
-                    if d2 <= limit {
-                        visit(self.order[i] as usize, d2);
+                    if d2 <= limit && !visit(self.order[i] as usize, d2) {
+                        return;
                     }
                 }
             }

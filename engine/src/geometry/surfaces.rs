@@ -1,9 +1,9 @@
 //! The surfaces of a view: points cloud to cells, and a plane fitted around each cell.
 
 use super::constants::{
-    MAX_FLAT_RATIO, MAX_NOISE_THICKNESS_SIGMAS, MAX_PATCH_RADIUS_M, MAX_RAY_AREA_SPACINGS2,
-    MIN_PATCH_CELLS, MIN_PLANE_CELLS, MIN_WIDTH_RATIO, NOISY_PATCH_SIGMAS, ONE_LINE_FACTOR,
-    PATCH_SPACINGS,
+    MAX_FLAT_RATIO, MAX_NOISE_THICKNESS_SIGMAS, MAX_PATCH_DISCS, MAX_PATCH_RADIUS_M,
+    MAX_RAY_AREA_SPACINGS2, MIN_PATCH_CELLS, MIN_PLANE_CELLS, MIN_WIDTH_RATIO, NOISY_PATCH_SIGMAS,
+    ONE_LINE_FACTOR, PATCH_SPACINGS,
 };
 use super::principal_axes::PrincipalAxes;
 use super::{PointGrid, VoxelTable, voxel_downsample};
@@ -77,6 +77,7 @@ impl Surfaces {
             means: &cloud.points,
             counts: &cloud.counts,
             grid: &grid,
+            cell_m,
         };
         let patches = (0..cloud.points.len())
             .into_par_iter()
@@ -119,11 +120,11 @@ fn patch(
     max_ray_area_m2: f64,
 ) -> SurfacePatch {
     let (mean, count) = (&cells.means[at], cells.counts[at] as usize);
-    let near = Neighbourhood::new(cells, mean, radius_m);
+    let near = Neighbourhood::of_surface(cells, mean, radius_m);
     let noisy_m = (NOISY_PATCH_SIGMAS * sigma_m).min(MAX_PATCH_RADIUS_M);
     let around = if near.is_one_line() && radius_m < MAX_PATCH_RADIUS_M {
         // Scan lines lie further apart on a surface met at a shallow angle.
-        Neighbourhood::new(
+        Neighbourhood::of_surface(
             cells,
             mean,
             (ONE_LINE_FACTOR * radius_m).min(MAX_PATCH_RADIUS_M),
@@ -132,7 +133,7 @@ fn patch(
         && noisy_m > radius_m
         && near.deviations[0] < MAX_NOISE_THICKNESS_SIGMAS * sigma_m
     {
-        Neighbourhood::new(cells, mean, noisy_m)
+        Neighbourhood::of_surface(cells, mean, noisy_m)
     } else {
         near
     };
@@ -160,6 +161,7 @@ struct Cells<'a> {
     means: &'a [Point3<f64>],
     counts: &'a [u32],
     grid: &'a PointGrid,
+    cell_m: f64,
 }
 
 /// The cells around a point and their principal axes.
@@ -177,12 +179,25 @@ struct Neighbourhood {
 }
 
 impl Neighbourhood {
-    fn new(cells: &Cells<'_>, mean: &Point3<f64>, radius_m: f64) -> Self {
+    /// The cells within `radius_m`; where they are more than surfaces can have, and so fill a volume, those of the smallest
+    /// neighbourhood. Its cost is that of a surface for any points.
+    fn of_surface(cells: &Cells<'_>, mean: &Point3<f64>, radius_m: f64) -> Self {
+        let least_m = (MIN_PATCH_CELLS * cells.cell_m).min(radius_m);
+        let max_cells = MAX_PATCH_DISCS * std::f64::consts::PI * (radius_m / cells.cell_m).powi(2);
+        let near = Self::new(cells, mean, radius_m, max_cells);
+        if near.n > max_cells {
+            return Self::new(cells, mean, least_m, f64::INFINITY);
+        }
+        near
+    }
+
+    /// The cells within `radius_m`, or the first of them if they are more than `max_cells`.
+    fn new(cells: &Cells<'_>, mean: &Point3<f64>, radius_m: f64, max_cells: f64) -> Self {
         let mut n = 0.0;
         let mut points = 0;
         let mut sum = [0.0; 3];
         let mut square = [0.0; 6];
-        cells.grid.for_each_within(mean, radius_m, |i, _| {
+        cells.grid.for_each_within_while(mean, radius_m, |i, _| {
             let d = cells.means[i] - mean;
             n += 1.0;
             points += cells.counts[i];
@@ -195,6 +210,7 @@ impl Neighbourhood {
             square[3] += d.y * d.y;
             square[4] += d.y * d.z;
             square[5] += d.z * d.z;
+            n <= max_cells
         });
         let shift = Vector3::from(sum) / n;
         let [xx, xy, xz, yy, yz, zz] = square;
@@ -227,7 +243,7 @@ impl Neighbourhood {
 
 #[cfg(test)]
 mod tests {
-    use super::Surfaces;
+    use super::{MAX_PATCH_RADIUS_M, Surfaces};
     use nalgebra::{Point3, Vector3};
 
     #[test]
@@ -249,5 +265,45 @@ mod tests {
         }
         let counted: usize = surfaces.patches.iter().map(|p| p.count).sum();
         assert_eq!(counted, wall.len());
+    }
+
+    #[test]
+    fn a_volume_of_points_is_judged_by_few_of_them() {
+        // A ball of 0.7 m full of cells, its rows so far apart that neighbourhoods would reach through all of it.
+        let side = -14..=14;
+        let points: Vec<Point3<f64>> = side
+            .clone()
+            .flat_map(|x| side.clone().map(move |y| (x, y)))
+            .flat_map(|(x, y)| side.clone().map(move |z| [x, y, z]))
+            .map(|p| Point3::from(p.map(|k| 0.05 * (f64::from(k) + 0.5))))
+            .collect();
+        let cell_m = 0.05;
+        let origin = Point3::new(-5.0, 0.0, 0.0);
+        let surfaces = Surfaces::fit(&points, &origin, 0.5, 0.0, cell_m);
+        let middle = surfaces
+            .patches
+            .iter()
+            .find(|p| p.mean.coords.norm() < 0.05);
+        let middle = middle.expect("a cell");
+        // The 123 grid places within three cells, not the 24,389 within a metre.
+        assert!(
+            (100..=150).contains(&middle.neighbours),
+            "{}",
+            middle.neighbours
+        );
+        assert!(!middle.flat && middle.radius_m < 0.2);
+        // A wall of the same cells is taken to the full radius.
+        let wall: Vec<Point3<f64>> = points
+            .iter()
+            .copied()
+            .filter(|p| p.x.abs() < 0.03)
+            .collect();
+        let surfaces = Surfaces::fit(&wall, &origin, 0.5, 0.0, cell_m);
+        assert!(
+            surfaces
+                .patches
+                .iter()
+                .all(|p| p.flat && p.radius_m == MAX_PATCH_RADIUS_M)
+        );
     }
 }

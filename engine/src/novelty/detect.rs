@@ -89,6 +89,8 @@ pub fn detect(
     observer(DetectionStage::Segment);
     let gamma = &reference.gamma.mixture;
     let evidence = match settings.evidence_source {
+        // Where no pose is known, the rays say nothing about any point.
+        _ if !pair.registration.converged => pair.no_evidence(),
         EvidenceSource::Rays if reference.has_rays => pair.evaluate_evidence(settings),
         EvidenceSource::Rays | EvidenceSource::Mixture => {
             evidence_from_mixture(gamma, &pair, settings)?

@@ -101,6 +101,12 @@ impl<'a> ViewPair<'a> {
         })
     }
 
+    /// Evidence of views that do not match: neither saw any point of the other.
+    pub(super) fn no_evidence(&self) -> [Vec<Evidence>; 2] {
+        self.views
+            .map(|view| vec![Evidence::none(Visibility::OutOfView); view.view.points.len()])
+    }
+
     /// How the current view sees positions in the reference's frame.
     pub(super) fn visibility_of(
         &self,
