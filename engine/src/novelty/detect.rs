@@ -3,6 +3,7 @@
 use super::algorithm1::segment_changes;
 use super::alone::{compare_alone, segments_of_pi};
 use super::common_surface::VisibleSurface;
+use super::gaps::hide_cut_surfaces;
 use super::listing::list_novelties;
 use super::mixture_evidence::evidence_from_mixture;
 use super::quantified_change::{NoveltyShare, QuantifiedChange};
@@ -88,7 +89,7 @@ pub fn detect(
 
     observer(DetectionStage::Segment);
     let gamma = &reference.gamma.mixture;
-    let evidence = match settings.evidence_source {
+    let mut evidence = match settings.evidence_source {
         // Where no pose is known, the rays say nothing about any point.
         _ if !pair.registration.converged => pair.no_evidence(),
         EvidenceSource::Rays if reference.has_rays => pair.evaluate_evidence(settings),
@@ -96,6 +97,9 @@ pub fn detect(
             evidence_from_mixture(gamma, &pair, settings)?
         }
     };
+    for (view, evidence) in pair.views.iter().zip(&mut evidence) {
+        hide_cut_surfaces(view, evidence, &settings.segment);
+    }
     let observers = [pair.observer_of(0), pair.observer_of(1)];
     let visibilities = evidence.each_ref().map(|e| visibilities(e));
     let mut segments = match settings.model {

@@ -12,6 +12,7 @@ mod cut_parts;
 mod detect;
 mod error;
 mod evidence;
+mod gaps;
 mod listing;
 mod mixture_evidence;
 mod model;
