@@ -13,7 +13,7 @@ use nalgebra::Point3;
 use patrold_engine::formats::write_ply;
 use patrold_engine::inspect::{Engine, Inspection, inspect, prepare};
 use patrold_engine::novelty::Detection;
-use patrold_engine::report::InspectionReport;
+use patrold_engine::report::{CoverageRecord, InspectionReport};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -317,6 +317,7 @@ fn report_text(compared: &ComparedPair) -> String {
             compared.timing.total
         ),
     ];
+    lines.extend(report.coverage.iter().map(CoverageRecord::to_string));
     let [dropped_reference, dropped_current] = compared.dropped;
     if dropped_reference + dropped_current > 0 {
         lines.push(format!(

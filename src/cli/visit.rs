@@ -43,6 +43,7 @@ fn visit_text(visit: &VisitReply) -> String {
     if let Some(d_gmm) = visit.d_gmm {
         lines.push(format!("  d_GMM {d_gmm:.6}, U_th {:.6}", visit.u_th));
     }
+    lines.push(format!("  {}", visit.coverage));
     if let Some(why) = &visit.not_stored_because {
         lines.push(format!("  NOT STORED: {why}"));
     }

@@ -148,6 +148,10 @@ fn visit_text(visit: &VisitDetail) -> String {
             distance(row.u_th),
             row.reason
         ),
+        match &row.coverage {
+            Some(coverage) => format!("  {coverage}"),
+            None => "  how much of the place was judged is not in the log".to_owned(),
+        },
         match row.reference_version {
             Some(version) => format!(
                 "  compared with reference version {version}, seed {}",

@@ -21,6 +21,7 @@ impl Settings {
         let mut engine = EngineSettings::for_engine(self.novelty.engine);
         engine.novelty.quantify.ground = self.novelty.ground;
         engine.novelty.max_range_m = self.novelty.max_range_m;
+        engine.novelty.verdict.min_coverage = self.novelty.min_coverage;
         engine.novelty.u_th_m = self.u_th(waypoint);
         engine.novelty.u_th_fm = self.u_th(waypoint);
         engine.shape.choice = match self.shape.method.as_str() {
@@ -39,6 +40,7 @@ impl Settings {
             "engine": novelty.engine.as_str(),
             "ground": ground_name(novelty.ground),
             "max_range_m": novelty.max_range_m,
+            "min_coverage": novelty.min_coverage,
             "shape": self.shape.method,
         })
         .to_string()

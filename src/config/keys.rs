@@ -286,6 +286,13 @@ pub const KEYS: &[ConfigKey] = &[
         "Ignore points farther than this from the sensor; 0 keeps all.",
     ),
     key(
+        "novelty.min_coverage",
+        Float(0.0, 1.0),
+        "0.7",
+        "",
+        "Share of the reference, of its surface and of its solid angle, that a visit must be able to judge to be quiet; with less it is not_observed. What is proved is changed however little was seen.",
+    ),
+    key(
         "shape.method",
         OneOf(&["auto", "covariance", "ransac"]),
         "\"auto\"",

@@ -103,6 +103,7 @@ fn read_settings(layers: &ConfigLayers) -> Settings {
                 _ => GroundDistance::W2,
             },
             max_range_m: Some(get.float("novelty.max_range_m")).filter(|m| *m > 0.0),
+            min_coverage: get.float("novelty.min_coverage"),
         },
         shape: ShapeConfig {
             method: get.text("shape.method"),

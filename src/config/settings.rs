@@ -146,6 +146,8 @@ pub struct NoveltyConfig {
     pub ground: GroundDistance,
     /// Points farther away are ignored, metres.
     pub max_range_m: Option<f64>,
+    /// Share of the reference that must be judged for a visit to be quiet.
+    pub min_coverage: f64,
 }
 
 /// `[shape]`

@@ -13,6 +13,7 @@ use crate::store::{
     StoreError, StoredReference, SweepRecord, VisitOutcome, VisitRecord,
 };
 use patrold_engine::novelty::Verdict;
+use patrold_engine::report::CoverageRecord;
 use serde_json::json;
 use std::sync::Arc;
 
@@ -156,6 +157,9 @@ impl ActiveRequest {
         let verdict = finding.map_or(Verdict::NotObserved, |f| f.verdict);
         let novelties = report.map_or(&[][..], |r| &r.novelties);
         let u_th = report.map_or_else(|| settings.u_th(Some(waypoint)), |r| r.u_th);
+        let coverage = report
+            .and_then(|r| r.coverage.clone())
+            .unwrap_or_else(|| CoverageRecord::none(reason));
         let visit = NewVisit {
             waypoint,
             reference_id: self.stored_reference().map(|r| r.id),
@@ -166,7 +170,9 @@ impl ActiveRequest {
             u_th,
             seed: settings.mixture.seed,
             engine: &settings.engine_json(),
-            report: &report.map_or_else(|| "{}".to_owned(), |r| json!(r).to_string()),
+            report: &report
+                .map_or_else(|| json!({"coverage": coverage}), |r| json!(r))
+                .to_string(),
             novelties,
             places: finding.map_or(&[], |f| &f.places),
             same_place_m: settings.alarms.same_place_m,
@@ -202,6 +208,7 @@ impl ActiveRequest {
             d_gmm: report.map(|r| r.d_gmm),
             u_th,
             pose_correction: report.map(|r| r.pose_correction.clone()),
+            coverage,
             reference_version: version,
             frame: self
                 .stored_reference()

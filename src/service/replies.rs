@@ -2,7 +2,7 @@
 
 use crate::patrol::event::RefusalReason;
 use patrold_engine::novelty::Verdict;
-use patrold_engine::report::{NoveltyRecord, PoseCorrection};
+use patrold_engine::report::{CoverageRecord, NoveltyRecord, PoseCorrection};
 use patrold_engine::sweep::SweepQuality;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -105,6 +105,8 @@ pub struct VisitReply {
     pub u_th: f64,
     /// From the reference's to the visit's frame.
     pub pose_correction: Option<PoseCorrection>,
+    /// How much of the reference it could judge.
+    pub coverage: CoverageRecord,
     /// Version of the reference; 0 without one.
     pub reference_version: i64,
     /// Frame of the novelties: waypoint/reference version.

@@ -8,7 +8,7 @@ use super::novelties::novelties_of_visit;
 use super::references::stored_mixture::StoredMixture;
 use super::time_range::{TimeRange, is_clock_unset};
 use patrold_engine::novelty::{ReferenceMixture, Verdict};
-use patrold_engine::report::NoveltyRecord;
+use patrold_engine::report::{CoverageRecord, NoveltyRecord};
 use rusqlite::types::Value;
 use rusqlite::{Connection, OptionalExtension, Row, params_from_iter};
 use serde::Serialize;
@@ -47,6 +47,8 @@ pub struct VisitRow {
     pub u_th: Option<f64>,
     /// Ground distance of both: w2 or euclid (metres), fm (no unit); `None` for visits of older versions.
     pub ground: Option<String>,
+    /// How much of the reference it could judge; `None` for visits of older versions.
+    pub coverage: Option<CoverageRecord>,
     /// Version of the reference; `None`: compared with none.
     pub reference_version: Option<i64>,
     /// The alarms that it is evidence of.
@@ -75,7 +77,8 @@ pub struct VisitDetail {
 
 const SELECT: &str = "
     SELECT v.id, v.at, w.name, v.verdict, v.reason, v.d_gmm, v.u_th, v.engine, r.version, coalesce(r.frame_version, r.version),
-           v.boot_id, v.seed, s.points, s.view_file IS NOT NULL OR s.raw_file IS NOT NULL
+           v.boot_id, v.seed, s.points, s.view_file IS NOT NULL OR s.raw_file IS NOT NULL,
+           CASE WHEN json_valid(v.report) THEN json_extract(v.report, '$.coverage') END
     FROM visit v JOIN waypoint w ON w.id = v.waypoint_id
     LEFT JOIN reference r ON r.id = v.reference_id
     LEFT JOIN sweep s ON s.id = v.sweep_id
@@ -245,6 +248,7 @@ fn alarms_of_visit(db: &Connection, id: i64) -> Result<Vec<i64>, StoreError> {
 fn read_row(row: &Row<'_>) -> rusqlite::Result<VisitRow> {
     let at: String = row.get(1)?;
     let engine: String = row.get(7)?;
+    let coverage: Option<String> = row.get(14)?;
     Ok(VisitRow {
         id: row.get(0)?,
         clock_unset: is_clock_unset(&at),
@@ -255,6 +259,7 @@ fn read_row(row: &Row<'_>) -> rusqlite::Result<VisitRow> {
         d_gmm: row.get(5)?,
         u_th: row.get(6)?,
         ground: ground_of(&engine),
+        coverage: coverage.and_then(|text| serde_json::from_str(&text).ok()),
         reference_version: row.get(8)?,
         alarms: Vec::new(),
     })

@@ -82,6 +82,13 @@ pub(super) const LAYER_NEIGHBOURS: usize = 4;
 /// and halls, a wrong position .50 to .96 (nine positions 4 m to 5 km outside of a recorded room).
 pub(super) const MAX_HIDDEN_SHARE: f64 = 0.3;
 
+/// Beams of the reference by which the share of its solid angle is measured, at most: a share is known to one in a hundred.
+pub(super) const COVERAGE_SAMPLES: usize = 8192;
+/// Width of the bearings that are named as not looked at, degrees: a person is as wide at 5 m.
+pub(super) const BEARING_BIN_DEG: f64 = 5.0;
+/// Runs of bearings that are named, at most: a line of text.
+pub(super) const NAMED_BEARINGS: usize = 3;
+
 /// Components of a reference's mixture at most, so that the time is bounded for any input. The busiest of 124 recorded views,
 /// a hall, has 856.
 pub(super) const MAX_COMPONENTS: usize = 4096;

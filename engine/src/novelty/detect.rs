@@ -3,6 +3,7 @@
 use super::algorithm1::segment_changes;
 use super::alone::{compare_alone, segments_of_pi};
 use super::common_surface::VisibleSurface;
+use super::coverage::Coverage;
 use super::gaps::hide_cut_surfaces;
 use super::listing::list_novelties;
 use super::mixture_evidence::evidence_from_mixture;
@@ -60,6 +61,8 @@ pub struct Detection {
     pub noise: [NoiseLaw; 2],
     /// Share of each view's surface that the other could see: reference, current.
     pub overlap: [f64; 2],
+    /// How much of the reference this visit could judge.
+    pub coverage: Coverage,
     /// Gamma and Theta as they entered Eq. 6, in the reference's frame.
     pub compared: ComparedMixtures,
     /// The current view made ready, in its own frame.
@@ -170,11 +173,18 @@ pub fn detect(
         labels[*i] = true;
     }
     let disagreement = pair.disagreement();
+    let coverage = Coverage::new(
+        pair.views[0],
+        &visibilities[0],
+        change.overlap[0],
+        &pair.registration.current_from_reference,
+    );
     let (verdict, reason) = verdict(
         &Findings {
             registration: &pair.registration,
             disagreement,
             change: &change,
+            coverage: &coverage,
             u_th: settings.u_th(),
             novelties: novelties.len(),
         },
@@ -194,6 +204,7 @@ pub fn detect(
         components: change.components,
         noise: [reference_view.noise, current_view.noise],
         overlap: change.overlap,
+        coverage,
         registration,
         compared,
         removals: found.removals.into_iter().zip(found.d_after).collect(),

@@ -117,8 +117,8 @@ pub struct VerdictSettings {
     /// bent. 66 simulated quiet pairs with up to twice the sensor's noise are at 0.45-0.97 of what a sweep states (`cargo
     /// test --test gates`).
     pub max_disagreement: f64,
-    /// Least share of either view's surface that the other could see.
-    pub min_overlap: f64,
+    /// Least share of the reference, of its surface and of its solid angle, that the visit must be able to judge to be quiet.
+    pub min_coverage: f64,
 }
 
 impl Default for VerdictSettings {
@@ -127,7 +127,7 @@ impl Default for VerdictSettings {
             max_shift_m: 1.0,
             max_rotation_rad: 0.5,
             max_disagreement: 1.7,
-            min_overlap: 0.25,
+            min_coverage: 0.7,
         }
     }
 }

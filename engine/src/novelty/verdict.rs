@@ -1,7 +1,7 @@
 //! The verdict and its reason (`docs/novelty.md section 9`).
 
 use super::quantified_change::QuantifiedChange;
-use super::{Verdict, VerdictSettings};
+use super::{Coverage, Verdict, VerdictSettings};
 use crate::geometry::Registration;
 
 /// What the verdict depends on.
@@ -11,6 +11,7 @@ pub(super) struct Findings<'a> {
     pub disagreement: f64,
     /// d_GMM and its parts.
     pub change: &'a QuantifiedChange,
+    pub coverage: &'a Coverage,
     pub u_th: f64,
     /// Number of listed novelties.
     pub novelties: usize,
@@ -27,6 +28,12 @@ pub(super) fn verdict(findings: &Findings<'_>, settings: &VerdictSettings) -> (V
     } else {
         format!("{count} novelties")
     };
+    // What is proved is changed however little was seen.
+    if !(d >= u_th && count > 0)
+        && let Some(reason) = coverage_reason(findings.coverage, settings.min_coverage)
+    {
+        return (Verdict::NotObserved, reason);
+    }
     match (d >= u_th, count > 0) {
         (true, true) => (
             Verdict::Changed,
@@ -47,6 +54,22 @@ pub(super) fn verdict(findings: &Findings<'_>, settings: &VerdictSettings) -> (V
     }
 }
 
+/// Why too little was seen to say that nothing changed, if so.
+fn coverage_reason(coverage: &Coverage, least: f64) -> Option<String> {
+    if coverage.least() >= least {
+        return None;
+    }
+    let missing = match coverage.missing.as_str() {
+        "" => String::new(),
+        missing => format!(": {missing}"),
+    };
+    Some(format!(
+        "only {:.0} % of the surface and {:.0} % of the solid angle of the reference could be judged{missing}",
+        100.0 * coverage.surface,
+        100.0 * coverage.solid_angle
+    ))
+}
+
 /// Why no answer is possible, if so.
 fn not_observed_reason(findings: &Findings<'_>, settings: &VerdictSettings) -> Option<String> {
     let registration = findings.registration;
@@ -58,6 +81,7 @@ fn not_observed_reason(findings: &Findings<'_>, settings: &VerdictSettings) -> O
         ("the agreement of the surfaces", findings.disagreement),
         ("the reference's overlap", findings.change.overlap[0]),
         ("the current view's overlap", findings.change.overlap[1]),
+        ("the coverage", findings.coverage.solid_angle),
         ("the registration's agreement", registration.agreement),
         ("the shift", pose.translation.vector.norm()),
         ("the rotation", pose.rotation.angle()),
@@ -86,13 +110,6 @@ fn not_observed_reason(findings: &Findings<'_>, settings: &VerdictSettings) -> O
             findings.disagreement
         ));
     }
-    let overlap = findings.change.overlap[0].min(findings.change.overlap[1]);
-    if overlap < settings.min_overlap {
-        return Some(format!(
-            "only {:.0} % of the place was seen by both views",
-            100.0 * overlap
-        ));
-    }
     None
 }
 
@@ -101,7 +118,7 @@ mod tests {
     use super::{Findings, verdict};
     use crate::geometry::Registration;
     use crate::novelty::quantified_change::QuantifiedChange;
-    use crate::novelty::{Verdict, VerdictSettings};
+    use crate::novelty::{Coverage, Verdict, VerdictSettings};
 
     fn change() -> QuantifiedChange {
         QuantifiedChange {
@@ -114,6 +131,14 @@ mod tests {
         }
     }
 
+    fn coverage(surface: f64, solid_angle: f64) -> Coverage {
+        Coverage {
+            surface,
+            solid_angle,
+            missing: "5 % hidden".to_owned(),
+        }
+    }
+
     fn verdict_of(
         registration: &Registration,
         change: &QuantifiedChange,
@@ -123,8 +148,26 @@ mod tests {
             registration,
             disagreement,
             change,
+            coverage: &coverage(0.9, 0.9),
             u_th: 5e-4,
             novelties: 0,
+        };
+        verdict(&findings, &VerdictSettings::default())
+    }
+
+    fn with_coverage(
+        surface: f64,
+        solid_angle: f64,
+        d: f64,
+        novelties: usize,
+    ) -> (Verdict, String) {
+        let findings = Findings {
+            registration: &Registration::identity(),
+            disagreement: 1.0,
+            change: &QuantifiedChange { d, ..change() },
+            coverage: &coverage(surface, solid_angle),
+            u_th: 5e-4,
+            novelties,
         };
         verdict(&findings, &VerdictSettings::default())
     }
@@ -198,30 +241,49 @@ mod tests {
             assert_eq!(verdict, Verdict::NotObserved, "{word}");
             assert!(reason.contains(word), "{reason}");
         }
-        for side in [0, 1] {
-            let of = |share| gate(|_, change, _| change.overlap[side] = share);
-            assert_eq!(of(1.001 * limits.min_overlap).0, Verdict::Quiet);
-            let (verdict, reason) = of(0.999 * limits.min_overlap);
-            assert_eq!(verdict, Verdict::NotObserved);
-            assert!(reason.contains("seen by both views"), "{reason}");
-        }
         let (verdict, reason) = gate(|r, _, _| r.converged = false);
         assert_eq!(verdict, Verdict::NotObserved);
         assert!(reason.contains("do not match"), "{reason}");
     }
 
     #[test]
+    fn too_little_seen_of_surface_or_solid_angle_is_not_quiet() {
+        let least = VerdictSettings::default().min_coverage;
+        for (surface, solid_angle, expected) in [
+            (least, 1.0, Verdict::Quiet),
+            (least - 1e-6, 1.0, Verdict::NotObserved),
+            (1.0, least, Verdict::Quiet),
+            (1.0, least - 1e-6, Verdict::NotObserved),
+        ] {
+            let (verdict, reason) = with_coverage(surface, solid_angle, 0.0, 0);
+            assert_eq!(verdict, expected, "{reason}");
+            // Novelties below the threshold stay listed and do not make it quiet.
+            assert_eq!(with_coverage(surface, solid_angle, 1e-4, 1).0, expected);
+        }
+        let (_, reason) = with_coverage(0.5, 0.6, 0.0, 0);
+        assert_eq!(
+            reason,
+            "only 50 % of the surface and 60 % of the solid angle of the reference could be judged: 5 % hidden"
+        );
+    }
+
+    #[test]
+    fn what_is_proved_is_changed_however_little_was_seen() {
+        assert_eq!(with_coverage(0.01, 0.01, 1.0, 1).0, Verdict::Changed);
+        assert_eq!(with_coverage(0.01, 0.01, 1.0, 0).0, Verdict::NotObserved);
+    }
+
+    #[test]
+    fn a_coverage_that_is_no_number_is_never_quiet() {
+        for bad in [f64::NAN, f64::INFINITY] {
+            let (verdict, reason) = with_coverage(0.9, bad, 0.0, 0);
+            assert_eq!(verdict, Verdict::NotObserved, "{reason}");
+        }
+    }
+
+    #[test]
     fn the_threshold_itself_is_reached_and_needs_a_novelty() {
-        let of = |d, novelties| {
-            let findings = Findings {
-                registration: &Registration::identity(),
-                disagreement: 1.0,
-                change: &QuantifiedChange { d, ..change() },
-                u_th: 5e-4,
-                novelties,
-            };
-            verdict(&findings, &VerdictSettings::default()).0
-        };
+        let of = |d, novelties| with_coverage(0.9, 0.9, d, novelties).0;
         assert_eq!(of(5e-4, 1), Verdict::Changed);
         assert_eq!(of(5e-4, 0), Verdict::NotObserved);
         assert_eq!(of(4.99e-4, 1), Verdict::Quiet);

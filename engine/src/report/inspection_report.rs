@@ -4,8 +4,9 @@ use super::novelty_record::NoveltyRecord;
 use super::nullable;
 use crate::geometry::{Registration, RollPitchYaw};
 use crate::inspect::Inspection;
-use crate::novelty::{Detection, Verdict};
+use crate::novelty::{Coverage, Detection, Verdict};
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// Pose of the revisit relative to the reference, as registration found it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -18,6 +19,56 @@ pub struct PoseCorrection {
     pub converged: bool,
     /// Directions that the surfaces leave open, by name.
     pub unobservable: Vec<String>,
+}
+
+/// How much of the reference a visit could judge.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CoverageRecord {
+    /// Share of the reference's visible surface, 0 to 1.
+    #[serde(deserialize_with = "nullable::number")]
+    pub surface: f64,
+    /// Share of the solid angle in which the reference saw something, 0 to 1.
+    #[serde(deserialize_with = "nullable::number")]
+    pub solid_angle: f64,
+    /// What is missing and why, one line; empty where hardly anything is.
+    pub missing: String,
+}
+
+impl CoverageRecord {
+    /// That of a visit which judged nothing, and why.
+    #[must_use]
+    pub fn none(why: &str) -> Self {
+        Self {
+            surface: 0.0,
+            solid_angle: 0.0,
+            missing: format!("everything: {why}"),
+        }
+    }
+}
+
+impl From<&Coverage> for CoverageRecord {
+    fn from(coverage: &Coverage) -> Self {
+        Self {
+            surface: coverage.surface,
+            solid_angle: coverage.solid_angle,
+            missing: coverage.missing.clone(),
+        }
+    }
+}
+
+impl fmt::Display for CoverageRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = |share: f64| 100.0 * share;
+        let (surface, solid_angle) = (percent(self.surface), percent(self.solid_angle));
+        write!(
+            f,
+            "judged {surface:.0} % of the surface, {solid_angle:.0} % of the solid angle"
+        )?;
+        if self.missing.is_empty() {
+            return Ok(());
+        }
+        write!(f, "; {}", self.missing)
+    }
 }
 
 /// Size of one view of a comparison.
@@ -84,6 +135,9 @@ pub struct InspectionReport {
     pub seed: u64,
     /// Pose of the revisit relative to the reference.
     pub pose_correction: PoseCorrection,
+    /// How much of the reference the visit could judge; none in logs of earlier versions.
+    #[serde(default)]
+    pub coverage: Option<CoverageRecord>,
     /// Size of the reference.
     pub reference: ViewCounts,
     /// Size of the revisit.
@@ -120,6 +174,7 @@ impl InspectionReport {
             engine: engine.to_owned(),
             seed,
             pose_correction: PoseCorrection::new(&detection.registration),
+            coverage: Some((&detection.coverage).into()),
             reference,
             current,
             removed: removed(detection),

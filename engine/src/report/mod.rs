@@ -4,7 +4,9 @@ mod inspection_report;
 mod novelty_record;
 mod nullable;
 
-pub use inspection_report::{InspectionReport, PoseCorrection, RemovalRecord, ViewCounts};
+pub use inspection_report::{
+    CoverageRecord, InspectionReport, PoseCorrection, RemovalRecord, ViewCounts,
+};
 pub use novelty_record::{
     AlternativeRecord, MethodsRecord, NoveltyRecord, ShapeRecord, class_name,
 };

@@ -109,6 +109,7 @@ mod tests {
     use crate::service::captured_log::captured;
     use crate::service::message_id;
     use crate::service::replies::{AlarmReply, StepTiming, VisitReply};
+    use patrold_engine::report::CoverageRecord;
 
     fn visit(verdict: &str) -> VisitReply {
         VisitReply {
@@ -125,6 +126,7 @@ mod tests {
             d_gmm: Some(0.5),
             u_th: 0.1,
             pose_correction: None,
+            coverage: CoverageRecord::none("no sweep"),
             reference_version: 1,
             frame: "hall/1".to_owned(),
             novelties: Vec::new(),
