@@ -3,6 +3,7 @@
 //! A driver turns bytes and instants into actions; a [`Link`] carries the bytes. Only this crate opens device nodes.
 
 mod clock;
+mod detect;
 mod error;
 mod holder;
 mod link;
@@ -15,6 +16,7 @@ mod transcript;
 mod usb;
 
 pub use clock::Clock;
+pub use detect::{detect_ports, socket_link};
 pub use error::{LinkError, ReplayFault};
 pub use holder::holders;
 pub use link::Link;
@@ -24,4 +26,4 @@ pub use replay::Replay;
 pub use serial::SerialLink;
 pub use tcp::TcpLink;
 pub use transcript::{Direction, Transcript, TranscriptEntry, TranscriptError};
-pub use usb::{DetectedPort, UsbDevice, UsbName, UsbNameError, detect_ports};
+pub use usb::{DetectedPort, UsbDevice, UsbName, UsbNameError};

@@ -1,15 +1,9 @@
 //! Serial ports by USB identity (vendor, product, serial number), as node numbers change with the order of plugging in.
 
 use std::fmt;
-use std::path::Path;
 use std::str::FromStr;
 
-use serialport::{SerialPortType, UsbPortInfo};
-
 use crate::LinkError;
-
-/// Where Linux lists its terminals.
-const TERMINALS: &str = "/sys/class/tty";
 
 /// A serial port of this machine, as the system lists it; the device itself was not queried.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -134,17 +128,6 @@ impl UsbDevice {
     }
 }
 
-impl From<UsbPortInfo> for UsbDevice {
-    fn from(info: UsbPortInfo) -> Self {
-        Self {
-            vendor: info.vid,
-            product: info.pid,
-            serial: info.serial_number,
-            name: info.product,
-        }
-    }
-}
-
 impl fmt::Display for DetectedPort {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.path)?;
@@ -160,36 +143,9 @@ fn list<'a>(ports: impl Iterator<Item = &'a DetectedPort>) -> String {
     names.join(", ")
 }
 
-/// All serial ports of this machine with a device behind them, by path; pseudo-terminals and the console are left out.
-///
-/// # Errors
-/// [`LinkError::Io`] if the system cannot list them.
-pub fn detect_ports() -> Result<Vec<DetectedPort>, LinkError> {
-    // A machine without this folder (a container) has no ports; `serialport` would panic.
-    if !Path::new(TERMINALS).is_dir() {
-        return Ok(Vec::new());
-    }
-    let ports = serialport::available_ports().map_err(|e| LinkError::Io {
-        name: TERMINALS.to_owned(),
-        source: e.into(),
-    })?;
-    let mut found: Vec<DetectedPort> = ports
-        .into_iter()
-        .map(|port| DetectedPort {
-            path: port.port_name,
-            usb: match port.port_type {
-                SerialPortType::UsbPort(info) => Some(info.into()),
-                _ => None,
-            },
-        })
-        .collect();
-    found.sort_by(|a, b| a.path.cmp(&b.path));
-    Ok(found)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{DetectedPort, UsbDevice, UsbName, detect_ports};
+    use super::{DetectedPort, UsbDevice, UsbName};
     use crate::LinkError;
     use proptest::prelude::*;
 
@@ -293,16 +249,6 @@ mod tests {
                 "{error}"
             );
         }
-    }
-
-    #[test]
-    fn ports_of_this_machine_are_listed_in_order_without_pseudo_terminals() {
-        let here = detect_ports().expect("listed");
-        assert!(here.is_sorted_by(|a, b| a.path < b.path), "{here:?}");
-        assert!(
-            here.iter()
-                .all(|c| c.path.starts_with("/dev/") && !c.path.contains("/pts/"))
-        );
     }
 
     proptest! {
