@@ -27,12 +27,19 @@ pub(crate) fn folder() -> tempfile::TempDir {
 
 /// Emulates the devices in the office, on the ports of the configuration of `folder`.
 pub(crate) fn start_emulator(dir: &Path, options: &[&str]) -> EmulatorProcess {
+    start_emulator_at(dir, &["--laser", "laser", "--ptu", "ptu"], options).0
+}
+
+/// Emulates the devices in the office on `ports`; with its first line, which names them.
+pub(crate) fn start_emulator_at(
+    dir: &Path,
+    ports: &[&str],
+    options: &[&str],
+) -> (EmulatorProcess, serde_json::Value) {
     let scene = patrold_test_support::workspace_root().join("config/scenes/office.toml");
     let scene = scene.to_string_lossy();
-    let args = [
-        "emulate", "--scene", &scene, "--laser", "laser", "--ptu", "ptu",
-    ];
-    let mut child = command(dir, &[&args[..], options].concat())
+    let args = ["emulate", "--scene", &scene];
+    let mut child = command(dir, &[&args[..], ports, options].concat())
         .stdout(Stdio::piped())
         .spawn()
         .expect("starts");
@@ -42,7 +49,7 @@ pub(crate) fn start_emulator(dir: &Path, options: &[&str]) -> EmulatorProcess {
     BufReader::new(out).read_line(&mut line).expect("a line");
     let ready = serde_json::from_str(&line).expect("JSON");
     schema::check("emulate-ready", &ready);
-    emulator
+    (emulator, ready)
 }
 
 /// Whether a parameter is observable. If so, it is right; if not, it has no value.

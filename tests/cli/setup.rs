@@ -1,6 +1,6 @@
 //! From two devices that are plugged in to a configuration that names them.
 
-use crate::hardware::{folder, start_emulator};
+use crate::hardware::{folder, start_emulator, start_emulator_at};
 use crate::harness::program::{command, patrold};
 use crate::harness::schema;
 use std::fs;
@@ -59,15 +59,48 @@ fn both_devices_are_found_named_and_shown() {
 }
 
 #[test]
+fn devices_behind_a_network_are_found_as_configured() {
+    let dir = folder();
+    let at = |name: &str| dir.path().join(name);
+    let free = "127.0.0.1:0";
+    let ports = ["--laser-tcp", free, "--ptu-tcp", free];
+    let (_emulator, ready) = start_emulator_at(dir.path(), &ports, &["--time-scale", "3"]);
+    let config = format!(
+        "laser.port = {}\nptu.port = {}\napi.socket = \"p.sock\"\nstore.dir = \"store\"\n",
+        ready["laser"], ready["ptu"]
+    );
+    fs::write(at("c.toml"), config).expect("written");
+    let once = ["setup", "--config", "c.toml", "--no-calibration", "--json"];
+    let ran = patrold(dir.path(), &[&once[..], &["--time-scale", "3"]].concat());
+    let found = ran.json();
+    assert_eq!(found["laser"]["serial"], "H0706400", "{ran:?}");
+    let drop_in = fs::read_to_string(at("c.d/10-devices.toml")).expect("written");
+    assert!(
+        drop_in.contains(&format!("ptu.port = {}\n", ready["ptu"])),
+        "{drop_in}"
+    );
+}
+
+#[test]
 fn a_device_that_is_nowhere_is_named_and_nothing_is_written() {
     let dir = folder();
-    let ran = patrold(
-        dir.path(),
-        &["setup", "--config", "c.toml", "--no-calibration"],
-    );
-    assert_eq!((ran.code, ran.out.as_str()), (1, ""), "{ran:?}");
-    assert!(ran.err.contains("no device at"), "{ran:?}");
-    assert!(!dir.path().join("c.d").exists());
+    let at = |name: &str| dir.path().join(name);
+    let config = fs::read_to_string(at("c.toml")).expect("there");
+    // Nothing listens at port 1 of this machine.
+    let closed = config.replace("\"ptu\"", "\"tcp:127.0.0.1:1\"");
+    for (config, reason) in [
+        (&config, "no device at"),
+        (&closed, "no device at 127.0.0.1:1:"),
+    ] {
+        fs::write(at("c.toml"), config).expect("written");
+        let ran = patrold(
+            dir.path(),
+            &["setup", "--config", "c.toml", "--no-calibration"],
+        );
+        assert_eq!((ran.code, ran.out.as_str()), (1, ""), "{ran:?}");
+        assert!(ran.err.contains(reason), "{ran:?}");
+        assert!(!at("c.d").exists());
+    }
 }
 
 #[test]

@@ -29,17 +29,13 @@ impl Candidates {
             .iter()
             .filter(|port| port.held_by.is_empty() && port.configured_as.is_empty());
         let free: Vec<String> = free.map(|port| port.path.clone()).collect();
-        // A pan-tilt has a serial line only.
-        let is_line = |port: &&String| !port.starts_with("tcp:");
-        let of_laser = [laser.clone(), head.clone()];
+        let with_free = |configured: [&String; 2]| {
+            let ports = configured.into_iter().chain(&free);
+            ports.cloned().collect()
+        };
         Self {
-            head: [&head, &laser]
-                .into_iter()
-                .filter(is_line)
-                .cloned()
-                .chain(free.clone())
-                .collect(),
-            laser: of_laser.into_iter().chain(free).collect(),
+            laser: with_free([&laser, &head]),
+            head: with_free([&head, &laser]),
         }
     }
 
