@@ -108,8 +108,7 @@ pub(super) fn find(
     }
     match (laser, head) {
         (Some(laser), Some(head)) => {
-            settings.laser.port = identity(&settings.laser.port, configured, &ports);
-            settings.ptu.port = identity(&settings.ptu.port, configured, &ports);
+            name_by_identity(&mut settings, configured, &ports, link::socket_link);
             Ok(FoundDevices {
                 settings,
                 laser,
@@ -128,19 +127,39 @@ pub(super) fn find(
     }
 }
 
-/// The name that stays where plugs change their order: the USB identity of the port, else what was configured, else its path.
-fn identity(port: &str, configured: &Settings, ports: &[PortReport]) -> String {
-    let is_configured = [&configured.laser.port, &configured.ptu.port].contains(&&port.to_owned());
-    let report = ports.iter().find(|report| report.path == port);
-    match report.and_then(|report| report.usb.clone()) {
-        Some(usb) if !is_configured => usb,
-        _ => port.to_owned(),
+/// Gives each port the name that stays where plugs change their order: its USB identity, unless somebody configured the port.
+/// Of two lasers of one identity the serial number decides, which is configured too; of two adapters the socket.
+fn name_by_identity(
+    settings: &mut Settings,
+    configured: &Settings,
+    ports: &[PortReport],
+    socket_link: impl Fn(&str) -> Option<String>,
+) {
+    let identity = |port: &str| {
+        let is_configured = [&configured.laser.port, &configured.ptu.port].map(|name| name == port);
+        let found = ports.iter().find(|report| report.path == port);
+        found
+            .filter(|_| is_configured == [false; 2])
+            .and_then(|report| report.usb.clone())
+    };
+    if let Some(usb) = identity(&settings.laser.port) {
+        settings.laser.port = usb;
+    }
+    if let Some(usb) = identity(&settings.ptu.port) {
+        let with_serial = format!("{usb}:");
+        let names = ports.iter().filter_map(|report| report.usb.as_ref());
+        let matching = names.filter(|other| **other == usb || other.starts_with(&with_serial));
+        if matching.count() == 1 {
+            settings.ptu.port = usb;
+        } else if let Some(link) = socket_link(&settings.ptu.port) {
+            settings.ptu.port = link;
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Candidates, identity};
+    use super::{Candidates, name_by_identity};
     use crate::config::Settings;
     use crate::devices::PortReport;
 
@@ -189,15 +208,65 @@ mod tests {
         assert_eq!(heads, ["A", "C"]);
     }
 
+    /// The names that the ports `laser` and `head` get.
+    fn named(laser: &str, head: &str, ports: &[PortReport], links: &[(&str, &str)]) -> [String; 2] {
+        let mut found = settings();
+        found.laser.port = laser.to_owned();
+        found.ptu.port = head.to_owned();
+        let link = |node: &str| {
+            let link = links.iter().find(|(of, _)| *of == node)?;
+            Some(link.1.to_owned())
+        };
+        name_by_identity(&mut found, &settings(), ports, link);
+        [found.laser.port, found.ptu.port]
+    }
+
     #[test]
     fn a_port_is_named_by_what_stays() {
         let ports = [
+            port("/dev/ttyACM0", Some("usb:15d1:0000"), false),
             port("/dev/ttyUSB0", Some("usb:0403:6001:A1"), false),
+            port("/dev/ttyUSB1", Some("usb:0403:6001:A2"), false),
             port("/dev/ttyS0", None, false),
+            port("L", Some("usb:067b:2303"), false),
         ];
-        let name = |of| identity(of, &settings(), &ports);
-        assert_eq!(name("/dev/ttyUSB0"), "usb:0403:6001:A1");
-        assert_eq!(name("/dev/ttyS0"), "/dev/ttyS0");
-        assert_eq!(name("L"), "L");
+        let links = [("/dev/ttyUSB0", "by-path/0"), ("/dev/ttyS0", "by-path/1")];
+        let name = |laser, head| named(laser, head, &ports, &links);
+        assert_eq!(
+            name("/dev/ttyACM0", "/dev/ttyUSB0"),
+            ["usb:15d1:0000", "usb:0403:6001:A1"]
+        );
+        assert_eq!(name("/dev/ttyS0", "P"), ["/dev/ttyS0", "P"]);
+        // Somebody has configured it by its path.
+        assert_eq!(name("L", "/dev/ttyS0"), ["L", "/dev/ttyS0"]);
+    }
+
+    #[test]
+    fn of_two_adapters_of_one_identity_the_socket_is_named() {
+        let twins = [
+            port("/dev/ttyACM0", Some("usb:15d1:0000"), false),
+            port("/dev/ttyACM1", Some("usb:15d1:0000"), false),
+            port("/dev/ttyUSB0", Some("usb:067b:2303"), false),
+            port("/dev/ttyUSB1", Some("usb:067b:2303"), false),
+        ];
+        let links = [
+            ("/dev/ttyUSB0", "by-path/0"),
+            ("/dev/ttyUSB1", "by-path/1"),
+            ("/dev/ttyACM1", "by-path/2"),
+        ];
+        let expected = ["usb:15d1:0000", "by-path/1"];
+        assert_eq!(
+            named("/dev/ttyACM1", "/dev/ttyUSB1", &twins, &links),
+            expected
+        );
+        // Without udev the path is all there is.
+        let expected = ["usb:15d1:0000", "/dev/ttyUSB1"];
+        assert_eq!(named("/dev/ttyACM1", "/dev/ttyUSB1", &twins, &[]), expected);
+        // A name without a serial number is that of one with it, too.
+        let mut one_has_a_number = twins.clone();
+        one_has_a_number[2].usb = Some("usb:067b:2303:A1".to_owned());
+        let name = |head| named("/dev/ttyACM1", head, &one_has_a_number, &links)[1].clone();
+        assert_eq!(name("/dev/ttyUSB0"), "usb:067b:2303:A1");
+        assert_eq!(name("/dev/ttyUSB1"), "by-path/1");
     }
 }
