@@ -107,22 +107,32 @@ const WATCH_INTERVAL: Duration = Duration::from_millis(250);
 /// A service that is well answers its status at once.
 const STATUS_LIMIT: Duration = Duration::from_secs(5);
 
+/// Why there is no status.
+#[derive(Debug)]
+pub(super) struct NoStatus {
+    /// Nothing listens at the socket; else a service may run.
+    pub(super) is_down: bool,
+    pub(super) why: String,
+}
+
 /// Asks for the status; `Err` with the reason where no service answers in time.
 ///
 /// # Errors
 /// An answer that is none of the service's.
-pub(super) fn request_status(socket: &Path) -> Result<Result<StatusReply, String>, Failure> {
+pub(super) fn request_status(socket: &Path) -> Result<Result<StatusReply, NoStatus>, Failure> {
     request_status_within(socket, STATUS_LIMIT)
 }
 
 fn request_status_within(
     socket: &Path,
     limit: Duration,
-) -> Result<Result<StatusReply, String>, Failure> {
+) -> Result<Result<StatusReply, NoStatus>, Failure> {
+    let no_status = |is_down, why| Ok(Err(NoStatus { is_down, why }));
     let body = match exchange(socket, Method::GET, "/status", None, Some(limit)) {
-        Err(
-            ClientError::NoService(why) | ClientError::NearName(why, _) | ClientError::Failed(why),
-        ) => return Ok(Err(why)),
+        Err(ClientError::NoService(why)) => return no_status(true, why),
+        Err(ClientError::NearName(why, _) | ClientError::Failed(why)) => {
+            return no_status(false, why);
+        }
         Ok((_, body)) => body,
     };
     serde_json::from_slice(&body)
@@ -349,10 +359,13 @@ mod tests {
         // Connections wait in its queue for ever.
         let _listener = UnixListener::bind(&socket).expect("bound");
         let answer = request_status_within(&socket, Duration::from_millis(1)).expect("no failure");
-        let why = answer.expect_err("no answer");
+        let no = answer.expect_err("no answer");
         assert!(
-            why.ends_with("/status: no answer within 1ms; the service hangs"),
-            "{why}"
+            !no.is_down
+                && no
+                    .why
+                    .ends_with("/status: no answer within 1ms; the service hangs"),
+            "{no:?}"
         );
     }
 

@@ -1,6 +1,7 @@
 //! `patrold status`: service, devices, waypoints, incidents, configuration and disk. What the service does not answer is read from
 //! the store.
 
+use super::client::NoStatus;
 use super::failure::{CommandResult, DONE, Failure};
 use super::status_report::{
     ConfigReport, DeviceReport, DiskReport, IncidentReport, ServiceReport, StatusReport,
@@ -43,11 +44,13 @@ pub(super) fn report(config: Option<&Path>) -> Result<StatusReport, Failure> {
     let service = match client::request_status(&settings.api.socket)? {
         Ok(status) => ServiceReport {
             running: true,
+            is_down: false,
             why: None,
             status: Some(status),
         },
-        Err(why) => ServiceReport {
+        Err(NoStatus { is_down, why }) => ServiceReport {
             running: false,
+            is_down,
             why: Some(why),
             status: None,
         },

@@ -29,6 +29,9 @@ pub(super) struct StatusReport {
 #[derive(Debug, Serialize)]
 pub(super) struct ServiceReport {
     pub(super) running: bool,
+    /// Nothing listens at its socket; else it may run, and this user may not ask it or it hangs.
+    #[serde(skip)]
+    pub(super) is_down: bool,
     /// Why it does not answer.
     pub(super) why: Option<String>,
     pub(super) status: Option<StatusReply>,
@@ -117,7 +120,8 @@ pub(super) fn status_text(report: &StatusReport) -> String {
 fn service_lines(service: &ServiceReport) -> Vec<String> {
     let Some(status) = &service.status else {
         let why = service.why.as_deref().unwrap_or_default();
-        return vec![format!("service: down ({why})")];
+        let state = if service.is_down { "down" } else { "no answer" };
+        return vec![format!("service: {state} ({why})")];
     };
     let mut line = format!(
         "service: up, {} {} (pid {}), {}, since {}",
@@ -246,4 +250,23 @@ fn waypoint_table(waypoints: &[WaypointReport]) -> String {
         ]);
     }
     rows.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ServiceReport, service_lines};
+
+    #[test]
+    fn only_a_service_that_is_not_there_is_down() {
+        let silent = |is_down| {
+            service_lines(&ServiceReport {
+                running: false,
+                is_down,
+                why: Some("p.sock: a reason".to_owned()),
+                status: None,
+            })
+        };
+        assert_eq!(silent(true), ["service: down (p.sock: a reason)"]);
+        assert_eq!(silent(false), ["service: no answer (p.sock: a reason)"]);
+    }
 }

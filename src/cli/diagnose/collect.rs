@@ -1,6 +1,7 @@
 //! What goes into the bundle. Each part stands alone: one that cannot be had is named with the reason, and the others are there.
 
 use crate::cli::alarm_report::alarm_json;
+use crate::cli::client::{NoStatus, request_status};
 use crate::cli::config::settings_json;
 use crate::cli::devices::device_json;
 use crate::cli::failure::Failure;
@@ -111,9 +112,10 @@ fn without_secret(mut setting: Value) -> Value {
 /// All ports; and the devices themselves where no service has them: the status has what it knows of them.
 fn devices(settings: &Settings) -> Result<Vec<u8>, Failure> {
     let ports = inventory(settings).map_err(Failure::failed)?;
-    let is_running = crate::cli::client::request_status(&settings.api.socket)?.is_ok();
-    let mut found = json!({"ports": ports, "service_has_them": is_running});
-    if !is_running {
+    let status = request_status(&settings.api.socket)?;
+    let is_down = matches!(status, Err(NoStatus { is_down: true, .. }));
+    let mut found = json!({"ports": ports, "service_has_them": !is_down});
+    if is_down {
         let (notes, _) = mpsc::channel();
         let cancel = signals::cancel_on_signal()?;
         let survey =

@@ -4,6 +4,7 @@ use super::picture::{Side, picture};
 use super::search::{FoundDevices, find};
 use crate::cli::calibrate::take_sweeps;
 use crate::cli::calibration_report::{report_json, report_lines};
+use crate::cli::client::NoStatus;
 use crate::cli::failure::{CommandResult, DONE, FAILED, Failure};
 use crate::cli::sweep::take_sweep;
 use crate::cli::{client, config, drop_in, files, output, signals, value_parsers};
@@ -42,9 +43,14 @@ pub(crate) struct SetupArgs {
 
 pub(crate) fn run(args: &SetupArgs) -> CommandResult {
     let settings = config::load_settings(args.config.as_deref())?;
-    if client::request_status(&settings.api.socket)?.is_ok() {
-        let text = "the service runs and has the devices; stop it first: systemctl stop patrold";
-        return Err(Failure::Failed(text.to_owned()));
+    match client::request_status(&settings.api.socket)? {
+        Err(NoStatus { is_down: true, .. }) => {}
+        Err(NoStatus { why, .. }) => return Err(Failure::Failed(why)),
+        Ok(_) => {
+            let text =
+                "the service runs and has the devices; stop it first: systemctl stop patrold";
+            return Err(Failure::Failed(text.to_owned()));
+        }
     }
     fs::create_dir_all(&args.pictures).map_err(|error| files::file_error(&args.pictures, error))?;
     let clock = Clock::scaled(args.time_scale);
