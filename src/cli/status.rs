@@ -10,12 +10,13 @@ use super::status_report::{
 use super::{alarm_report, client, output};
 use crate::alarm::AlarmState;
 use crate::config::{Settings, load_leniently};
+use crate::devices::Device;
 use crate::store::{AlarmFilter, AlarmRow, EventFilter, Store, TimeRange, VisitFilter};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
 /// Devices as the event log names them.
-const DEVICES: [&str; 3] = ["laser", "ptu", "devices"];
+const DEVICES: [&str; 3] = [Device::Laser.section(), Device::Head.section(), "devices"];
 /// Incidents listed; all are counted.
 const MAX_INCIDENTS: u32 = 100;
 

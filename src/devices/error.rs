@@ -21,6 +21,14 @@ impl fmt::Display for Device {
 }
 
 impl Device {
+    /// Section of its configuration keys, and its name in the event log.
+    pub const fn section(self) -> &'static str {
+        match self {
+            Self::Laser => "laser",
+            Self::Head => "ptu",
+        }
+    }
+
     /// Configuration key of the required unit.
     pub const fn unit_key(self) -> &'static str {
         match self {

@@ -191,7 +191,7 @@ fn forward_notes(receiver: &Receiver<DeviceNote>, sink: &DeviceNoteSink, last_no
             last.insert(note.device, note.text.clone()).as_ref() == Some(&note.text)
         };
         if !repeated {
-            sink.report(note.severity, &note.device.to_string(), note.text);
+            sink.report(note.severity, note.device.section(), note.text);
         }
     }
 }
@@ -246,7 +246,7 @@ mod tests {
         let forwarded = forwarded.lock().expect("no panic").clone();
         let expected = [
             "laser: absent",
-            "pan-tilt: absent",
+            "ptu: absent",
             "laser: connected",
             "laser: absent",
         ];
