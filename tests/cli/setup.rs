@@ -59,6 +59,54 @@ fn both_devices_are_found_named_and_shown() {
 }
 
 #[test]
+fn a_drop_in_that_is_there_is_kept_aside_and_a_later_one_that_wins_is_reported() {
+    let dir = folder();
+    let at = |name: &str| dir.path().join(name);
+    let _emulator = start_emulator(dir.path(), &["--time-scale", "3"]);
+    let once = ["setup", "--config", "c.toml", "--no-calibration", "--json"];
+    let once = [&once[..], &["--time-scale", "3"]].concat();
+    fs::create_dir(at("c.d")).expect("made");
+    let read = |name: &str| fs::read_to_string(at(name)).expect("there");
+
+    // Of a laser that was replaced, with a line that a person wrote.
+    let earlier = "laser.serial = \"H9999999\"\nrobot.name = \"max\"\n";
+    fs::write(at("c.d/10-devices.toml"), earlier).expect("written");
+    let ran = patrold(dir.path(), &once);
+    let found = ran.json();
+    schema::check("setup", &found);
+    assert_eq!(found["laser"]["serial"], "H0706400", "{ran:?}");
+    let old = found["replaced"].as_str().expect("a file");
+    assert!(old.ends_with("c.d/10-devices.toml.old"), "{old}");
+    assert_eq!(read("c.d/10-devices.toml.old"), earlier);
+    let own = read("c.d/10-devices.toml");
+    assert!(own.contains("H0706400") && !own.contains("max"), "{own}");
+
+    // The same again is nothing to keep.
+    let ran = patrold(dir.path(), &once);
+    assert_eq!(ran.json()["replaced"], serde_json::Value::Null, "{ran:?}");
+    assert_eq!(read("c.d/10-devices.toml.old"), earlier);
+
+    // A file that comes later names the devices: nothing is written, and its ports are reported.
+    let exchanged = "laser.port = \"ptu\"\nptu.port = \"laser\"\n";
+    fs::write(at("c.d/20-site.toml"), exchanged).expect("written");
+    fs::write(at("c.d/10-devices.toml"), earlier).expect("written");
+    let ran = patrold(dir.path(), &once);
+    assert_eq!(ran.code, 2, "{ran:?}");
+    assert!(
+        ran.err
+            .contains("comes after 10-devices.toml names other ports (ptu, laser)"),
+        "{ran:?}"
+    );
+    assert_eq!(read("c.d/10-devices.toml"), earlier);
+
+    // A person's choice of a laser binds.
+    fs::write(at("c.d/20-site.toml"), "laser.serial = \"H9999999\"\n").expect("written");
+    let ran = patrold(dir.path(), &once);
+    assert_eq!(ran.code, 1, "{ran:?}");
+    assert!(ran.err.contains("H9999999"), "{ran:?}");
+}
+
+#[test]
 fn devices_behind_a_network_are_found_as_configured() {
     let dir = folder();
     let at = |name: &str| dir.path().join(name);

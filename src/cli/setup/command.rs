@@ -7,13 +7,14 @@ use crate::cli::calibration_report::{report_json, report_lines};
 use crate::cli::client::NoStatus;
 use crate::cli::failure::{CommandResult, DONE, FAILED, Failure};
 use crate::cli::sweep::take_sweep;
-use crate::cli::{client, config, drop_in, files, output, signals, value_parsers};
-use crate::config::{Settings, devices_drop_in, load};
+use crate::cli::{client, drop_in, files, output, signals, value_parsers};
+use crate::config::{LoadedConfig, Settings, ValueOrigin, devices_drop_in, drop_in_folder, load};
 use clap::Args;
 use link::Clock;
 use patrold_engine::sweep::{Calibration, Sweep, assemble, calibrate};
 use serde_json::{Value, json};
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// The file that names the devices; those of the site come later and win.
@@ -42,7 +43,7 @@ pub(crate) struct SetupArgs {
 }
 
 pub(crate) fn run(args: &SetupArgs) -> CommandResult {
-    let settings = config::load_settings(args.config.as_deref())?;
+    let settings = settings_without_earlier_laser(args.config.as_deref())?;
     match client::request_status(&settings.api.socket)? {
         Err(NoStatus { is_down: true, .. }) => {}
         Err(NoStatus { why, .. }) => return Err(Failure::Failed(why)),
@@ -57,8 +58,15 @@ pub(crate) fn run(args: &SetupArgs) -> CommandResult {
     let cancel = signals::cancel_on_signal()?;
     let found = find(&settings, &clock, &cancel)?;
     say(args, &devices_text(&found))?;
+    let before = read_before(args.config.as_deref())?;
     let (drop_in, settings) = name_devices(args.config.as_deref(), &found)?;
-    say(args, &format!("written: {}", drop_in.display()))?;
+    let replaced = keep_replaced(&drop_in, before)?;
+    let kept = replaced.iter().map(|old| {
+        let old = old.display();
+        format!("; what was there is kept as {old}, which nothing reads")
+    });
+    let written = format!("written: {}{}", drop_in.display(), kept.collect::<String>());
+    say(args, &written)?;
 
     let (sweep, calibration) = if args.no_calibration {
         (take_sweep(&settings, &clock, &cancel)?, None)
@@ -85,6 +93,7 @@ pub(crate) fn run(args: &SetupArgs) -> CommandResult {
             "laser": found.laser,
             "ptu": found.head,
             "drop_in": drop_in,
+            "replaced": replaced,
             "points": sweep.view.points.len(),
             "quality": sweep.quality,
             "fault": fault,
@@ -97,6 +106,42 @@ pub(crate) fn run(args: &SetupArgs) -> CommandResult {
         output::line(lines.join("\n"))?;
     }
     Ok(if failed { FAILED } else { DONE })
+}
+
+/// A laser that an earlier setup named may be another one now; one that a person named may not.
+fn settings_without_earlier_laser(config: Option<&Path>) -> Result<Settings, Failure> {
+    let LoadedConfig {
+        mut settings,
+        layers,
+        ..
+    } = load(config, &[])?;
+    let own = drop_in_folder(config).join(DROP_IN);
+    if let Some((_, ValueOrigin::File(path, _))) = layers.values.get("laser.serial")
+        && *path == own
+    {
+        settings.laser.serial = Settings::defaults().laser.serial;
+    }
+    Ok(settings)
+}
+
+/// What the drop-in has before; empty where there is none.
+fn read_before(config: Option<&Path>) -> Result<Vec<u8>, Failure> {
+    let path = drop_in_folder(config).join(DROP_IN);
+    match fs::read(&path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+        read => read.map_err(|error| files::file_error(&path, error)),
+    }
+}
+
+/// Keeps what was in the drop-in `before` beside it, if it has something else now.
+fn keep_replaced(drop_in: &Path, before: Vec<u8>) -> Result<Option<PathBuf>, Failure> {
+    let now = fs::read(drop_in).map_err(|error| files::file_error(drop_in, error))?;
+    if before.is_empty() || before == now {
+        return Ok(None);
+    }
+    let old = drop_in.with_extension("toml.old");
+    files::write(&old, &before)?;
+    Ok(Some(old))
 }
 
 fn say(args: &SetupArgs, text: &str) -> Result<(), Failure> {
