@@ -148,17 +148,10 @@ impl Controller {
             progress: self.progress_of(request),
         });
         let phase = self.machine.phase();
-        let mut line = match &current {
-            Some(current) if !current.waypoint.is_empty() => {
-                format!("{phase} ({} {})", current.task, current.waypoint)
-            }
-            Some(current) => format!("{phase} ({})", current.task),
-            None => phase.to_owned(),
-        };
-        line.push_str(&format!("; devices {state}"));
-        if let Some(reason) = &reason {
-            line.push_str(&format!(": {}", reason.lines().next().unwrap_or_default()));
-        }
+        let task = current
+            .as_ref()
+            .map(|c| (c.task.as_str(), c.waypoint.as_str()));
+        let line = status_line(phase, task, state, reason.as_deref());
         self.services.systemd.status(line);
         let waiting = self.machine.queued();
         self.services.status.send_modify(|status| {
@@ -173,6 +166,26 @@ impl Controller {
             status.waiting = waiting;
         });
     }
+}
+
+/// What systemd shows. `task`: the request under way and its waypoint, empty where it has none.
+fn status_line(
+    phase: &str,
+    task: Option<(&str, &str)>,
+    devices: &str,
+    reason: Option<&str>,
+) -> String {
+    let devices = format!("devices {devices}");
+    let mut line = match task {
+        Some((task, "")) => format!("{phase} ({task}); {devices}"),
+        Some((task, waypoint)) => format!("{phase} ({task} {waypoint}); {devices}"),
+        None if phase == devices => devices,
+        None => format!("{phase}; {devices}"),
+    };
+    if let Some(reason) = reason {
+        line.push_str(&format!(": {}", reason.lines().next().unwrap_or_default()));
+    }
+    line
 }
 
 fn write_to_log(severity: Severity, device: &str, text: &str) {
@@ -198,7 +211,7 @@ fn report_unwritten_health(written: Result<(), StoreError>) {
 
 #[cfg(test)]
 mod tests {
-    use super::write_to_log;
+    use super::{status_line, write_to_log};
     use crate::patrol::severity::Severity;
     use crate::service::captured_log::captured;
     use crate::service::message_id;
@@ -207,6 +220,20 @@ mod tests {
     fn every_event_has_its_kind_at_every_severity() {
         for device in ["laser", "store", "service"] {
             let kind = format!("MESSAGE_ID=\"{}\"", message_id::of_event(device));
+    #[test]
+    fn the_status_line_has_phase_request_and_devices_each_once() {
+        let lost = status_line("devices lost", None, "lost", Some("laser: gone\nand more"));
+        assert_eq!(lost, "devices lost: laser: gone");
+        let waiting = status_line("preparing", Some(("visit", "hall")), "lost", Some("gone"));
+        assert_eq!(waiting, "preparing (visit hall); devices lost: gone");
+        let sweep = status_line("sweeping", Some(("sweep", "")), "ready", None);
+        assert_eq!(sweep, "sweeping (sweep); devices ready");
+        assert_eq!(
+            status_line("idle", None, "ready", None),
+            "idle; devices ready"
+        );
+    }
+
             for (severity, level) in [
                 (Severity::Info, "INFO"),
                 (Severity::Warning, "WARN"),
