@@ -14,12 +14,14 @@ pub(super) const ALARM_ACKNOWLEDGED: &str = "0190b99820c046ca9e5a63f5a13c27cf";
 const DEVICE_EVENT: &str = "cb4c4a75a30e4e6db249b9b52fb51253";
 const STORE_EVENT: &str = "ff7ddcb4db2849978d1c1a959ecdc4eb";
 const SERVICE_EVENT: &str = "1701fa61f630498981231f4b4b3fb74a";
+const HEALTH_EVENT: &str = "99d32a9df0654f039bc528edfcadd7cc";
 
 /// Of an entry of the event log.
 pub(super) fn of_event(device: &str) -> &'static str {
     match device {
         "service" => SERVICE_EVENT,
         "store" => STORE_EVENT,
+        "health" => HEALTH_EVENT,
         _ => DEVICE_EVENT,
     }
 }
@@ -38,7 +40,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    const ALL: [&str; 11] = [
+    const ALL: [&str; 12] = [
         VISIT_QUIET,
         VISIT_CHANGED,
         VISIT_NOT_OBSERVED,
@@ -50,6 +52,7 @@ mod tests {
         DEVICE_EVENT,
         STORE_EVENT,
         SERVICE_EVENT,
+        HEALTH_EVENT,
     ];
 
     #[test]
@@ -66,13 +69,14 @@ mod tests {
 
     #[test]
     fn events_and_verdicts_have_their_kinds() {
-        let events = ["laser", "ptu", "devices", "store", "service"].map(of_event);
+        let events = ["laser", "ptu", "devices", "store", "service", "health"].map(of_event);
         let expected = [
             DEVICE_EVENT,
             DEVICE_EVENT,
             DEVICE_EVENT,
             STORE_EVENT,
             SERVICE_EVENT,
+            HEALTH_EVENT,
         ];
         assert_eq!(events, expected);
         let visits = ["quiet", "changed", "not_observed"].map(of_verdict);

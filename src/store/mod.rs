@@ -33,7 +33,7 @@ mod visit_log;
 mod visits;
 mod waypoints;
 
-pub use alarms::health::HealthRow;
+pub use alarms::health::{HealthEvent, HealthRow};
 pub use alarms::incidents::{AlarmEffects, AlarmSighting};
 pub use alarms::{
     AlarmFilter, AlarmRow, FloorPlace, LastSighting, NearFilter, SightingRow, ThingFilter,

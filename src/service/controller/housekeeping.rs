@@ -8,7 +8,7 @@ use crate::service::message::ServiceMessage;
 use crate::service::message_id;
 use crate::service::record_time::record_time_now;
 use crate::service::replies::{CurrentStatus, DevicesStatus};
-use crate::store::{Retention, StoreError};
+use crate::store::{HealthEvent, Retention, StoreError};
 use std::time::{Duration, Instant};
 
 const BYTES_PER_GIB: f64 = 1024.0 * 1024.0 * 1024.0;
@@ -64,7 +64,7 @@ impl Controller {
                 if written.is_err() {
                     send(&inbox, ServiceMessage::HealthUnwritten(subject));
                 }
-                report_unwritten_health(written);
+                report_health(written);
             },
         );
     }
@@ -96,7 +96,7 @@ impl Controller {
                 let before = (hours > 0.0).then(|| now.at.checked_sub(after).ok());
                 ledger.store.note_unseen(before.flatten(), &now)
             },
-            report_unwritten_health,
+            report_health,
         );
     }
 
@@ -203,9 +203,13 @@ fn write_to_log(severity: Severity, device: &str, text: &str) {
     }
 }
 
-fn report_unwritten_health(written: Result<(), StoreError>) {
-    if let Err(error) = written {
-        tracing::error!("health incident not written to the store: {error}");
+/// The beginnings and ends of health incidents, after the store has them.
+fn report_health(written: Result<impl IntoIterator<Item = HealthEvent>, StoreError>) {
+    match written {
+        Ok(events) => events
+            .into_iter()
+            .for_each(|event| write_to_log(event.severity, "health", &event.text)),
+        Err(error) => tracing::error!("health incident not written to the store: {error}"),
     }
 }
 
@@ -216,10 +220,6 @@ mod tests {
     use crate::service::captured_log::captured;
     use crate::service::message_id;
 
-    #[test]
-    fn every_event_has_its_kind_at_every_severity() {
-        for device in ["laser", "store", "service"] {
-            let kind = format!("MESSAGE_ID=\"{}\"", message_id::of_event(device));
     #[test]
     fn the_status_line_has_phase_request_and_devices_each_once() {
         let lost = status_line("devices lost", None, "lost", Some("laser: gone\nand more"));
@@ -234,6 +234,10 @@ mod tests {
         );
     }
 
+    #[test]
+    fn every_event_has_its_kind_at_every_severity() {
+        for device in ["laser", "store", "service", "health"] {
+            let kind = format!("MESSAGE_ID=\"{}\"", message_id::of_event(device));
             for (severity, level) in [
                 (Severity::Info, "INFO"),
                 (Severity::Warning, "WARN"),

@@ -29,9 +29,18 @@ pub struct HealthRow {
     pub cleared_at: Option<String>,
 }
 
+/// The beginning or the end of a health incident, as the event log has it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct HealthEvent {
+    /// Info of the end.
+    pub severity: Severity,
+    /// Subject, and what is wrong or that it is over.
+    pub text: String,
+}
+
 impl Store {
     /// Stores that something is wrong with `subject`, or that nothing is any more (`None`). What stands keeps its beginning and
-    /// takes the new reason. The event log gets the beginning and the end.
+    /// takes the new reason. The event log gets the beginning and the end, which are returned.
     ///
     /// # Errors
     /// The database fails.
@@ -40,11 +49,12 @@ impl Store {
         subject: &str,
         reason: Option<&str>,
         stamp: &RecordTime,
-    ) -> Result<(), StoreError> {
+    ) -> Result<Option<HealthEvent>, StoreError> {
         self.transaction(|change| note(change, subject, reason, stamp))
     }
 
-    /// Notes the waypoints that nobody visited or taught since `before`; `None`: none is expected to be.
+    /// Notes the waypoints that nobody visited or taught since `before`; `None`: none is expected to be. Returns what began and
+    /// what ended.
     ///
     /// # Errors
     /// The database fails.
@@ -52,8 +62,9 @@ impl Store {
         &mut self,
         before: Option<jiff::Timestamp>,
         stamp: &RecordTime,
-    ) -> Result<(), StoreError> {
+    ) -> Result<Vec<HealthEvent>, StoreError> {
         self.transaction(|change| {
+            let mut events = Vec::new();
             let unseen = match before {
                 Some(before) => unseen_since(change, &time_text(before))?,
                 None => Vec::new(),
@@ -62,17 +73,14 @@ impl Store {
             let is_unseen = |subject: &str| unseen.iter().any(|(name, _)| subject == *name);
             for row in standing {
                 if row.subject.starts_with(WAYPOINT_SUBJECT) && !is_unseen(&row.subject) {
-                    note(change, &row.subject, None, stamp)?;
+                    events.extend(note(change, &row.subject, None, stamp)?);
                 }
             }
-            unseen.iter().try_for_each(|(subject, last)| {
-                note(
-                    change,
-                    subject,
-                    Some(&format!("not visited since {last}")),
-                    stamp,
-                )
-            })
+            for (subject, last) in &unseen {
+                let reason = format!("not visited since {last}");
+                events.extend(note(change, subject, Some(&reason), stamp)?);
+            }
+            Ok(events)
         })
     }
 
@@ -95,17 +103,20 @@ fn note(
     subject: &str,
     reason: Option<&str>,
     stamp: &RecordTime,
-) -> Result<(), StoreError> {
+) -> Result<Option<HealthEvent>, StoreError> {
+    let log = |severity, text: String| {
+        insert_event(change, severity, EVENT_DEVICE, &text, stamp)?;
+        Ok(Some(HealthEvent { severity, text }))
+    };
     let Some(reason) = reason else {
         let over = change.execute(
             "UPDATE health SET cleared_at = ?2 WHERE subject = ?1 AND cleared_at IS NULL",
             params![subject, stamp.to_rfc3339()],
         )?;
         if over > 0 {
-            let text = format!("{subject}: over");
-            insert_event(change, Severity::Info, EVENT_DEVICE, &text, stamp)?;
+            return log(Severity::Info, format!("{subject}: over"));
         }
-        return Ok(());
+        return Ok(None);
     };
     let standing = change.execute(
         "UPDATE health SET reason = ?2 WHERE subject = ?1 AND cleared_at IS NULL",
@@ -116,10 +127,9 @@ fn note(
             "INSERT INTO health (subject, reason, since, boot_id) VALUES (?1, ?2, ?3, ?4)",
             params![subject, reason, stamp.to_rfc3339(), stamp.boot_id],
         )?;
-        let text = format!("{subject}: {reason}");
-        insert_event(change, Severity::Warning, EVENT_DEVICE, &text, stamp)?;
+        return log(Severity::Warning, format!("{subject}: {reason}"));
     }
-    Ok(())
+    Ok(None)
 }
 
 /// Subjects of waypoints that were last visited or taught before this, with when that was.
