@@ -209,7 +209,19 @@ fn journal() -> Result<Vec<u8>, Failure> {
         "short-iso",
         "--no-pager",
     ];
-    output_of("journalctl", &arguments)
+    let text = output_of("journalctl", &arguments)?;
+    if is_empty_journal(&text) {
+        let why = "no entry of patrold that this user may read; run this as root, or as a member of systemd-journal or adm";
+        return Err(Failure::Failed(why.to_owned()));
+    }
+    Ok(text)
+}
+
+/// journalctl exits with 0 also where this user may read none of the entries.
+fn is_empty_journal(text: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(text);
+    let mut entries = text.lines().filter(|line| !line.starts_with("-- "));
+    entries.next().is_none()
 }
 
 fn output_of(program: &str, arguments: &[&str]) -> Result<Vec<u8>, Failure> {
@@ -227,8 +239,16 @@ fn output_of(program: &str, arguments: &[&str]) -> Result<Vec<u8>, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::{without_environment, without_secret};
+    use super::{is_empty_journal, without_environment, without_secret};
     use serde_json::json;
+
+    #[test]
+    fn a_journal_without_entries_is_missing() {
+        assert!(is_empty_journal(b"-- No entries --\n") && is_empty_journal(b""));
+        let one =
+            b"-- Boot 0123 --\n2026-11-30T13:22:50+0000 robot patrold[138]: service: started\n";
+        assert!(!is_empty_journal(one));
+    }
 
     #[test]
     fn what_is_secret_is_not_shown() {
