@@ -121,10 +121,24 @@ pub(super) fn find(
             let lines: Vec<String> = errors
                 .filter(|(_, is_missing)| *is_missing)
                 .filter_map(|(error, _)| Some(error?.to_string()))
+                .chain(not_asked(&ports))
                 .collect();
             Err(Failure::Failed(lines.join("\n")))
         }
     }
+}
+
+/// The ports that a program has open, and which; `None`: there are none.
+fn not_asked(ports: &[PortReport]) -> Option<String> {
+    let held = ports.iter().filter(|port| !port.held_by.is_empty());
+    let held = held.map(|port| format!("{} ({})", port.path, port.held_by.join(", ")));
+    let held: Vec<String> = held.collect();
+    (!held.is_empty()).then(|| {
+        format!(
+            "not asked, as programs have them open: {}; end those where a device is on one of them",
+            held.join(", ")
+        )
+    })
 }
 
 /// Gives each port the name that stays where plugs change their order: its USB identity, unless somebody configured the port.
@@ -159,7 +173,7 @@ fn name_by_identity(
 
 #[cfg(test)]
 mod tests {
-    use super::{Candidates, name_by_identity};
+    use super::{Candidates, name_by_identity, not_asked};
     use crate::config::Settings;
     use crate::devices::PortReport;
 
@@ -197,6 +211,9 @@ mod tests {
             pairs.push(format!("{laser}{head}"));
         }
         assert_eq!(pairs, ["LP", "PL", "AC", "CA"]);
+        let text = not_asked(&ports).expect("B is held");
+        assert!(text.contains(": B (minicom); "), "{text}");
+        assert_eq!(not_asked(&ports[2..]), None);
         // A laser that is found stays; the pan-tilt is looked for at each other port.
         let mut candidates = Candidates::new(&settings(), &ports);
         candidates.next(None, None);
