@@ -251,6 +251,7 @@ fn after_postrm(action: &str) -> Vec<bool> {
         "var/lib/patrold/blobs/a",
         "var/lib/patrold/patrold.db",
         "etc/patrold/patrold.d/90-hall.toml",
+        "etc/patrold/patrold.d/10-devices.toml.old",
         "var/lib/other/patrold.db",
         "etc/patrold.conf",
     ];
@@ -281,9 +282,12 @@ fn data_goes_with_a_purge_alone() {
         "abort-install",
         "disappear",
     ] {
-        assert_eq!(after_postrm(action), [true; 5], "{action}");
+        assert_eq!(after_postrm(action), [true; 6], "{action}");
     }
-    assert_eq!(after_postrm("purge"), [false, false, false, true, true]);
+    assert_eq!(
+        after_postrm("purge"),
+        [false, false, false, false, true, true]
+    );
 }
 
 #[test]
