@@ -124,7 +124,7 @@ fn service_lines(service: &ServiceReport) -> Vec<String> {
         return vec![format!("service: {state} ({why})")];
     };
     let mut line = format!(
-        "service: up, {} {} (pid {}), {}, since {}",
+        "service: up, {}, patrold {} (pid {}), {}, since {}",
         status.robot,
         status.version,
         status.pid,

@@ -89,7 +89,7 @@ fn the_exit_code_of_reload_says_whether_the_file_was_taken() {
     );
     let text = run(dir, &["status"]);
     let text = String::from_utf8_lossy(&text.stdout).into_owned();
-    assert!(text.starts_with("service: up, new "), "{text}");
+    assert!(text.starts_with("service: up, new, patrold "), "{text}");
 
     configure(
         dir,
