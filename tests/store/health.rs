@@ -67,6 +67,37 @@ fn what_stands_keeps_its_beginning_and_each_subject_is_its_own() {
 }
 
 #[test]
+fn a_beginning_and_an_end_are_returned_as_the_event_log_has_them() {
+    let dir = tempfile::tempdir().expect("temp dir");
+    let mut store = Store::open(dir.path()).expect("store");
+    teach(&mut store, "dock", 0);
+    teach(&mut store, "hall", 1);
+    let mut returned = Vec::new();
+    for (second, reason) in [
+        (10, None),
+        (11, Some("absent")),
+        (12, Some("silent")),
+        (13, None),
+    ] {
+        let noted = store.note_health("devices", reason, &stamp(second));
+        returned.extend(noted.expect("noted"));
+    }
+    for (second, before) in [(20, Some(1)), (21, Some(2)), (22, None)] {
+        let before = before.map(|s| stamp(s).at);
+        let noted = store.note_unseen(before, &stamp(second));
+        returned.extend(noted.expect("noted"));
+    }
+    let returned = returned.into_iter().map(|e| (e.severity, e.text));
+    let returned: Vec<_> = returned
+        .map(|(s, text)| (s.as_str().to_owned(), text))
+        .collect();
+    let mut logged = store.events(100).expect("events");
+    logged.reverse();
+    let logged: Vec<_> = logged.into_iter().map(|e| (e.level, e.text)).collect();
+    assert_eq!((logged.len(), &returned), (6, &logged));
+}
+
+#[test]
 fn a_waypoint_that_nobody_visits_is_noted_until_somebody_does() {
     let dir = tempfile::tempdir().expect("temp dir");
     let mut store = Store::open(dir.path()).expect("store");

@@ -215,10 +215,11 @@ fn report_health(written: Result<impl IntoIterator<Item = HealthEvent>, StoreErr
 
 #[cfg(test)]
 mod tests {
-    use super::{status_line, write_to_log};
+    use super::{report_health, status_line, write_to_log};
     use crate::patrol::severity::Severity;
     use crate::service::captured_log::captured;
     use crate::service::message_id;
+    use crate::store::HealthEvent;
 
     #[test]
     fn the_status_line_has_phase_request_and_devices_each_once() {
@@ -232,6 +233,25 @@ mod tests {
             status_line("idle", None, "ready", None),
             "idle; devices ready"
         );
+    }
+
+    #[test]
+    fn the_journal_has_the_beginnings_and_ends_of_health_incidents_that_are_stored() {
+        let event = |severity, text: &str| HealthEvent {
+            severity,
+            text: text.to_owned(),
+        };
+        let events = vec![
+            event(Severity::Warning, "clock: set"),
+            event(Severity::Info, "sweep: over"),
+        ];
+        let log = captured(|| report_health(Ok(events)));
+        let kind = message_id::of_event("health");
+        assert_eq!(log.matches(kind).count(), 2, "{log}");
+        let lines: Vec<&str> = log.lines().collect();
+        assert!(lines[0].contains("WARN") && lines[0].contains("health: clock: set"));
+        assert!(lines[1].contains("INFO") && lines[1].contains("health: sweep: over"));
+        assert_eq!(captured(|| report_health(Ok(None::<HealthEvent>))), "");
     }
 
     #[test]
