@@ -13,7 +13,6 @@ use crate::identity::IdentityDraft;
 use crate::line::{Notice, ReplyLine};
 use crate::reply::{self, ReplyOutcome};
 use crate::who_answers::not_a_head;
-use heard::HeardBytes;
 
 /// Terminates a half-typed command of another program, and a running monitor (ptu-d46 sections 2 and 8).
 const FLUSH_SPACES: &[u8] = b"   ";
@@ -94,12 +93,13 @@ pub(crate) fn is_banner(line: &[u8]) -> bool {
 }
 
 impl PtuDriver {
-    /// Drops all state and makes the first attempt.
+    /// Drops all state but the actions not taken yet, and makes the first attempt.
     pub(crate) fn restart_connection(&mut self, now: Duration) {
-        self.connect_attempts = 0;
-        self.calibration_seen = false;
-        self.calibration_end = None;
-        self.heard = HeardBytes::default();
+        *self = Self {
+            actions: std::mem::take(&mut self.actions),
+            network_rescue_sent: self.network_rescue_sent,
+            ..Self::new(self.options.clone())
+        };
         self.begin_attempt(now);
     }
 
@@ -277,7 +277,6 @@ impl PtuDriver {
             Ok(identity) => identity,
             Err(fault) => return self.restart_script(ScriptKind::Setup, fault, now),
         };
-        self.connect_attempts = 0;
         self.emit(PtuEvent::Connected(Box::new(identity)));
         self.start_next(now);
     }

@@ -213,8 +213,7 @@ impl PtuDriver {
             Ok(limits) => limits,
             Err(fault) => return self.restart_script(ScriptKind::Limits, fault, now),
         };
-        let spoilt = self.reset_spoilt_by.take();
-        self.emit(match spoilt {
+        self.emit(match self.reset_spoilt_by {
             None => PtuEvent::HomeDone { pan, tilt },
             Some(notice) => {
                 let text = match notice {

@@ -137,6 +137,23 @@ fn a_late_reply_is_not_taken_for_the_next_one() {
 }
 
 #[test]
+fn half_a_reply_is_no_part_of_the_next() {
+    let (mut rig, _) = PtuTestRig::connected();
+    rig.driver
+        .poll_position(Axis::Pan, rig.now)
+        .expect("connected");
+    assert_eq!(rig.next_send(), "PP ");
+    rig.feed(b"* 12");
+    assert_eq!(rig.next_send(), " ");
+    assert_eq!(rig.next_send(), "PP ");
+    rig.feed(b"* 22\r\n");
+    assert!(matches!(
+        rig.only_event(),
+        PtuEvent::Position { steps: 22, .. }
+    ));
+}
+
+#[test]
 fn an_unsolicited_line_causes_a_resynchronisation() {
     let (mut rig, _) = PtuTestRig::connected();
     rig.feed(b"* 5\r\n");
@@ -285,6 +302,19 @@ fn a_reset_that_fails_or_never_ends() {
         })
     );
     assert!(rig.driver.is_connected());
+
+    // What spoilt one reset does not spoil the next.
+    let (mut rig, mut replies) = PtuTestRig::connected();
+    for (answer, succeeds) in [("!D! Axis Error\r\n", false), ("!T!T!P!P*\r\n", true)] {
+        rig.driver.reset(rig.now).expect("connected");
+        rig.take_sent();
+        rig.feed(answer.as_bytes());
+        rig.answer_all(&mut replies);
+        let last = rig.events.last();
+        let homed = matches!(last, Some(PtuEvent::HomeDone { .. }));
+        assert_eq!(homed, succeeds, "{last:?}");
+    }
+    rig.events.clear();
 
     rig.driver.reset(rig.now).expect("connected");
     rig.take_sent();

@@ -271,9 +271,8 @@ impl PtuDriver {
         self.emit(PtuEvent::Fault(fault));
     }
 
-    /// Drops everything waiting, in flight or half read.
+    /// Drops everything waiting or in flight.
     pub(crate) fn clear_dialogue(&mut self) {
-        self.lines.clear();
         self.in_flight = None;
         self.resync = None;
         self.script = None;

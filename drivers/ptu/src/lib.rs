@@ -30,6 +30,8 @@ mod motion;
 mod power;
 mod reply;
 #[cfg(test)]
+mod reconnect_tests;
+#[cfg(test)]
 mod request_tests;
 mod requests;
 #[cfg(test)]

@@ -72,3 +72,13 @@ fn a_driver_is_idle_while_nothing_is_sent_awaited_half_read_or_reported() {
     rig.feed(b"\r\n");
     assert!(!rig.driver.is_idle(), "drained");
 }
+
+#[test]
+fn a_request_of_an_idle_driver_goes_out_at_once() {
+    let (mut rig, _) = PtuTestRig::connected();
+    rig.driver.halt(rig.now).expect("connected");
+    assert_eq!(rig.take_sent(), ["H "]);
+    rig.feed(b"*\r\n");
+    rig.driver.reset(rig.now).expect("connected");
+    assert_eq!(rig.take_sent(), ["R "]);
+}
