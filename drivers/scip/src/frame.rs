@@ -117,10 +117,10 @@ impl Framer {
 
     /// Drops a half-read message, as after opening the port again.
     pub(crate) fn clear(&mut self) {
-        self.buffer.clear();
-        self.line_bytes = 0;
-        self.ends_in_cr = false;
-        self.skipping = false;
+        *self = Self {
+            overruns: self.overruns,
+            ..Self::default()
+        };
     }
 
     /// Whether nothing of a message was read yet.

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{II, PP, ScriptedLaser, VV, scan_message, summed};
+use common::{II, PP, ScriptedLaser, VV, drain, scan_message, summed};
 use scip::{
     LaserEvent, LaserLine, LaserParameters, ScipCommand, ScipDriver, ScipError, ScipOptions,
     StatusMeaning,
@@ -253,5 +253,23 @@ fn requests_before_connecting_are_refused() {
     assert_eq!(
         driver.exchange_time(1, Duration::ZERO),
         Err(refused("connecting"))
+    );
+}
+
+#[test]
+fn what_was_heard_before_a_new_connection_is_not_reported() {
+    let mut script = connecting();
+    script.reply([0xFF; 40]);
+    script.driver.connect(script.now);
+    while script.driver.deadline().is_some() {
+        script.time_out();
+    }
+    let (_, events) = drain(&mut script.driver);
+    assert!(
+        matches!(
+            events.last(),
+            Some(LaserEvent::ConnectionFailed(ScipError::NoReply { .. }))
+        ),
+        "{events:?}"
     );
 }

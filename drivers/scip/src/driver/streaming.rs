@@ -48,7 +48,8 @@ pub(super) struct Streaming {
     last_restart: Option<RecoveryStep>,
     good_since_restart: u32,
     announced: bool,
-    restarting: bool,
+    /// Each acknowledgement from now on ends a recovery.
+    restarted: bool,
     timer_reset: bool,
 }
 
@@ -81,7 +82,7 @@ impl Streaming {
             last_restart: None,
             good_since_restart: 0,
             announced: false,
-            restarting: false,
+            restarted: false,
             timer_reset: false,
         }
     }
@@ -96,7 +97,7 @@ impl Streaming {
         if !std::mem::replace(&mut self.announced, true) {
             context.emit(LaserEvent::Streaming);
         }
-        if std::mem::take(&mut self.restarting) {
+        if self.restarted {
             context.emit(LaserEvent::Recovered {
                 timer_reset: std::mem::take(&mut self.timer_reset),
             });
@@ -121,7 +122,7 @@ impl Streaming {
             }
         };
         self.last_restart = Some(step);
-        self.restarting = true;
+        self.restarted = true;
         context.emit(LaserEvent::Recovering { cause, step });
         let pending = match step {
             RecoveryStep::Quit => PendingRequest::send(&Quit, now, context),
@@ -235,10 +236,8 @@ impl Streaming {
             }
         }
         let last = self.request.count > 0 && scan.remaining == 0;
-        if self.request.count > 0 {
-            // A restart asks for these.
-            self.scans_left = scan.remaining;
-        }
+        // A restart asks for these.
+        self.scans_left = scan.remaining;
         self.damaged_in_a_row = 0;
         self.good_since_restart = self.good_since_restart.saturating_add(1);
         if self.good_since_restart >= context.options.good_scans_to_recover {
