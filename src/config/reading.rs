@@ -244,6 +244,58 @@ mod tests {
     }
 
     #[test]
+    fn a_waypoint_has_its_own_threshold_pans_and_pose() {
+        let text = "sweep.pans_deg = [36]\nnovelty.ground = \"fm\"\nnovelty.u_th_fm = 0.5\n\
+            [waypoint.hall]\nu_th_fm = 0.75\npans_deg = [-90, 45]\nmap_pose = [1, 2, 18]\n\
+            [waypoint.dock]\nmap_pose = [3, 4, 0]\n";
+        let mut settings = Settings::from_layers(&layers(text)).expect("valid");
+        assert_eq!(settings.u_th(Some("hall")), 0.75);
+        assert_eq!(settings.u_th(Some("dock")), 0.5);
+        settings.set_u_th("dock", 1.5);
+        assert_eq!(settings.u_th(Some("dock")), 1.5);
+        assert_eq!(settings.u_th(Some("hall")), 0.75);
+        assert_eq!(settings.pans_rad("hall"), [-PI / 2.0, PI / 4.0]);
+        assert_eq!(settings.pans_rad("dock"), [PI / 5.0]);
+        assert_eq!(settings.pans_rad("yard"), [PI / 5.0]);
+        let pose = |name: &str| settings.waypoints.get(name).and_then(|own| own.map_pose);
+        assert_eq!(pose("hall"), Some([1.0, 2.0, PI / 10.0]));
+        assert_eq!(pose("dock"), Some([3.0, 4.0, 0.0]));
+    }
+
+    #[test]
+    fn what_is_kept_logged_and_answered_is_read_by_its_name() {
+        let text = "[robot]\nname = \"r2\"\n[laser]\nserial = \"H1\"\n[ptu]\nversion = \"v2\"\n\
+            [mixture]\nseed = 9\n\
+            [novelty]\nu_th_m = 0.25\nmax_range_m = 3.5\n[shape]\nmethod = \"ransac\"\n\
+            [store]\ndir = \"/a\"\nkeep_days = 1\nkeep_gib = 2\nkeep_unnamed_days = 3\n\
+            [alarms]\nsame_place_m = 4\nunseen_after = 5\n[api]\nsocket = \"/b\"\nsocket_mode = 0o600\n\
+            [log]\nlevel = \"debug\"\nto = \"stderr\"\n";
+        let settings = Settings::from_layers(&layers(text)).expect("valid");
+        assert_eq!(settings.robot.name, "r2");
+        assert_eq!(settings.laser.serial.as_deref(), Some("H1"));
+        assert_eq!(settings.ptu.version.as_deref(), Some("v2"));
+        assert_eq!(settings.mixture.seed, 9);
+        assert_eq!(settings.novelty.u_th_m, 0.25);
+        assert_eq!(settings.novelty.max_range_m, Some(3.5));
+        assert_eq!(settings.shape.method, "ransac");
+        let store = &settings.store;
+        assert_eq!(store.dir, PathBuf::from("/a"));
+        assert_eq!(
+            (store.keep_days, store.keep_gib, store.keep_unnamed_days),
+            (1.0, 2.0, 3.0)
+        );
+        let alarms = &settings.alarms;
+        assert_eq!((alarms.same_place_m, alarms.unseen_after_h), (4.0, 5.0));
+        assert_eq!(settings.api.socket, PathBuf::from("/b"));
+        assert_eq!(settings.api.socket_mode, 0o600);
+        let log = &settings.log;
+        assert_eq!((log.level.as_str(), log.to.as_str()), ("debug", "stderr"));
+        let defaults = Settings::defaults();
+        assert_eq!((defaults.laser.serial, defaults.ptu.version), (None, None));
+        assert_eq!(defaults.novelty.max_range_m, None, "0 keeps all");
+    }
+
+    #[test]
     fn the_numbers_of_devices_mount_and_sweep_are_read_in_si_units() {
         let text = "[laser]\nport = \"tcp:10.0.0.2:10940\"\nbaud = 57600\n\
             [ptu]\nport = \"tcp:server:4001\"\nbaud = 19200\npan_sign = -1\npan_zero_deg = 1.8\n\
