@@ -161,3 +161,63 @@ pub(super) fn report_lines(calibration: &Calibration) -> Vec<String> {
     lines.extend(proposed_lines(calibration));
     lines
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Calibration, CalibrationParameter, ParameterEstimate, proposed_lines};
+    use crate::config::{ConfigFile, ConfigLayers, Settings};
+    use std::path::PathBuf;
+
+    #[test]
+    fn the_proposed_lines_are_read_back_as_what_was_found() {
+        let estimate = |(n, parameter)| ParameterEstimate {
+            parameter,
+            present: 0.0,
+            value: 0.001 * (n as f64 + 1.0),
+            sigma: 1e-6,
+            observable: true,
+        };
+        let calibration = Calibration {
+            estimates: (0..).zip(CalibrationParameter::ALL).map(estimate).collect(),
+            pan_segments: 3,
+            planes: 5,
+            beams: 1000,
+            residual_m: 0.002,
+            up_down_mismatch_m: None,
+        };
+        let found = |parameter| {
+            let estimates = &calibration.estimates;
+            let found = estimates.iter().find(|e| e.parameter == parameter);
+            found.expect("an estimate").value
+        };
+        let mut layers = ConfigLayers::defaults();
+        let file = ConfigFile {
+            path: PathBuf::from("t.toml"),
+            text: proposed_lines(&calibration).join("\n"),
+        };
+        assert_eq!(layers.add(&file), []);
+        let settings = Settings::from_layers(&layers).expect("valid");
+        let ([roll, pitch, yaw], [x, y, z]) =
+            (settings.mount.laser_rpy_rad, settings.mount.laser_m);
+        for (parameter, got) in [
+            (CalibrationParameter::Roll, roll),
+            (CalibrationParameter::Pitch, pitch),
+            (CalibrationParameter::Yaw, yaw),
+            (CalibrationParameter::X, x),
+            (CalibrationParameter::Y, y),
+            (CalibrationParameter::Z, z),
+            (
+                CalibrationParameter::TimeOffset,
+                settings.sweep.time_offset_s,
+            ),
+            (
+                CalibrationParameter::Backlash,
+                settings.ptu.tilt_backlash_rad,
+            ),
+        ] {
+            // The decimals of the lines.
+            let error = (got - found(parameter)).abs();
+            assert!(error < 6e-5, "{parameter:?}: {got}");
+        }
+    }
+}

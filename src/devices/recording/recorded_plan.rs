@@ -157,3 +157,41 @@ fn read_axis(input: &mut ByteReader<'_>) -> Result<AxisIdentity, DialogueError> 
         move_power: None,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{decode_plan, encode_plan};
+    use crate::config::{Settings, SweepMode};
+    use crate::devices::lockstep::rig::TestRig;
+    use crate::devices::sweep_run::PortNames;
+    use patrold_sim::emulator::EmulationOptions;
+
+    #[test]
+    fn a_plan_is_read_back_but_for_what_no_sweep_depends_on() {
+        let rig = TestRig::ready(EmulationOptions::seeded(1));
+        let mut ptu = Settings::defaults().ptu;
+        (ptu.pan_sign, ptu.pan_zero_rad) = (-1.0, 0.2);
+        (ptu.tilt_sign, ptu.tilt_zero_rad, ptu.tilt_backlash_rad) = (-1.0, -0.05, 0.003);
+        let ports = PortNames {
+            laser: "/dev/a".to_owned(),
+            head: "/dev/b".to_owned(),
+        };
+        for mode in [SweepMode::Continuous, SweepMode::Step] {
+            let mut request = TestRig::request(mode);
+            request.time_offset_s = 0.0125;
+            request.pans_rad = vec![-0.5, 0.7];
+            let plan = rig.plan(&request, &ptu).expect("within reach");
+            let bytes = encode_plan(&plan, &ports);
+            let (got, got_ports) = decode_plan(&bytes).expect("readable");
+            let mut kept = plan;
+            kept.notes.clear();
+            for axis in [&mut kept.pan_axis, &mut kept.tilt_axis] {
+                (axis.hold_power, axis.move_power) = (None, None);
+            }
+            assert_eq!((got, &got_ports), (kept, &ports));
+            for length in 0..bytes.len() {
+                assert!(decode_plan(&bytes[..length]).is_err(), "cut at {length}");
+            }
+        }
+    }
+}
