@@ -1,5 +1,8 @@
 //! The thread of one port: blocking reads, timestamps on arrival, the driver, reopening after an error.
 
+#[cfg(test)]
+mod serve_tests;
+
 use super::constants::{
     ABSENT_REOPEN_PAUSE, CLOSE_LIMIT, COMMAND_WRITE_LIMIT, INITIAL_REOPEN_PAUSE, MAX_REOPEN_PAUSE,
     READ_BUSY, READ_IDLE,
@@ -135,6 +138,14 @@ fn specificity(error: &DeviceError) -> u8 {
     }
 }
 
+/// The rest follows in its order, round and round.
+fn begin_with(attempts: &mut [OpenAttempt], last_good: Option<&OpenAttempt>) {
+    let at = attempts
+        .iter()
+        .position(|attempt| Some(attempt) == last_good);
+    attempts.rotate_left(at.unwrap_or(0));
+}
+
 enum ServeEnd {
     /// The handle was dropped, or nobody receives events.
     Stopped,
@@ -170,10 +181,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
     /// Tries the attempts in order, starting with the last good one, until one has served a connected device. Returns why
     /// that ended, or the most specific error of all attempts. `None`: stopped.
     fn try_attempts(&mut self, mut attempts: Vec<OpenAttempt>) -> Option<DeviceError> {
-        let last_good = attempts
-            .iter()
-            .position(|attempt| Some(attempt) == self.last_good.as_ref());
-        attempts.rotate_left(last_good.unwrap_or(0));
+        begin_with(&mut attempts, self.last_good.as_ref());
         let probing = attempts.len() > 1 && !self.baud_found;
         let mut reported: Option<DeviceError> = None;
         let mut ruled_out_nodes = HashSet::new();
@@ -384,7 +392,7 @@ fn flush<D: DeviceDriver>(driver: &mut RecordedDriver<D>, link: &mut dyn Link) {
 
 #[cfg(test)]
 mod tests {
-    use super::{INITIAL_REOPEN_PAUSE, PortEvent, PortRunner};
+    use super::{INITIAL_REOPEN_PAUSE, PortEvent, PortRunner, begin_with};
     use crate::devices::error::{Device, DeviceError, PortError};
     use crate::devices::laser::LaserDriver;
     use crate::devices::lockstep::rig::ROOM;
@@ -452,6 +460,25 @@ mod tests {
     }
 
     #[test]
+    fn the_attempt_that_worked_last_comes_first() {
+        let attempt = |baud| OpenAttempt {
+            node: "/dev/ttyUSB7".to_owned(),
+            baud,
+            is_of_other_device: false,
+        };
+        let order = |last_good: Option<OpenAttempt>| {
+            let mut attempts = [115_200, 19_200, 57_600].map(attempt);
+            begin_with(&mut attempts, last_good.as_ref());
+            attempts.map(|attempt| attempt.baud)
+        };
+        assert_eq!(order(None), [115_200, 19_200, 57_600]);
+        assert_eq!(order(Some(attempt(115_200))), [115_200, 19_200, 57_600]);
+        assert_eq!(order(Some(attempt(19_200))), [19_200, 57_600, 115_200]);
+        // That node is gone.
+        assert_eq!(order(Some(attempt(9600))), [115_200, 19_200, 57_600]);
+    }
+
+    #[test]
     fn absent_ports_and_other_units_are_skipped() {
         let clock = Clock::scaled(20.0);
         let (other, right) = (laser("H0900001", &clock), laser("H0706400", &clock));
@@ -474,6 +501,12 @@ mod tests {
             panic!("{ended:?}");
         };
         assert_eq!(got, "H0900001");
+        // Whatever came last: a port that is absent says less than another unit.
+        let (ended, ..) = run_attempts(&[others[2], others[0]], &clock);
+        assert!(
+            matches!(ended, Some(DeviceError::OtherUnit { .. })),
+            "{ended:?}"
+        );
         let (ended, ..) = run_attempts(&others[..2], &clock);
         let Some(DeviceError::Port { source, .. }) = ended else {
             panic!("{ended:?}");
