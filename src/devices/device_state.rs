@@ -330,6 +330,122 @@ mod tests {
     }
 
     #[test]
+    fn a_unit_that_restarted_is_neither_connected_nor_trusted() {
+        let unit = unit();
+        for event in [
+            PtuEvent::Restarted,
+            PtuEvent::EchoReturned,
+            PtuEvent::VerboseReturned,
+        ] {
+            let mut state = state_with(&PositionTrust::default(), unheard());
+            receive(&mut state, connected(&unit));
+            assert!(state.head().is_ok() && state.is_position_trusted());
+            receive(&mut state, event.clone());
+            assert!(state.head().is_err(), "{event:?}");
+            receive(&mut state, connected(&unit));
+            assert!(!state.is_position_trusted(), "{event:?}");
+            assert!(state.distrust_reason().contains("restarted"), "{event:?}");
+        }
+    }
+
+    #[test]
+    fn a_device_is_connecting_connected_or_failed() {
+        let rig = TestRig::ready(patrold_sim::emulator::EmulationOptions::seeded(1));
+        let laser = rig.laser_identity.expect("connected");
+        let head = connected(&unit());
+        let error = DeviceError::Cancelled;
+        let retry_in = Duration::ZERO;
+        let laser_lost = PortMessage::Laser(PortEvent::Lost {
+            error: error.clone(),
+            retry_in,
+        });
+        let head_lost = PortMessage::Head(PortEvent::Lost {
+            error: error.clone(),
+            retry_in,
+        });
+        let mut state = state_with(&PositionTrust::default(), unheard());
+        assert_eq!(state.connected_or_failed(), (false, false));
+        let laser = PortMessage::Laser(PortEvent::Device(scip::LaserEvent::Connected(laser)));
+        state.handle_message(&laser);
+        assert_eq!(state.connected_or_failed(), (true, false));
+        receive(&mut state, head.clone());
+        assert_eq!(state.connected_or_failed(), (true, true));
+        assert!(!state.has_failed() && state.failures() == (None, None));
+        state.handle_message(&laser_lost);
+        assert_eq!(state.connected_or_failed(), (true, true));
+        assert!(state.has_failed() && state.laser().is_err() && state.head().is_ok());
+        // The port is back: the device is connecting.
+        state.handle_message(&PortMessage::Laser(PortEvent::Opened));
+        assert_eq!(state.connected_or_failed(), (false, true));
+        assert_eq!(state.failure(), None);
+        state.handle_message(&head_lost);
+        assert_eq!(state.failure(), Some(error));
+        state.handle_message(&PortMessage::Head(PortEvent::Opened));
+        assert_eq!(state.connected_or_failed(), (false, false));
+        // Each is connected without its port being reported open.
+        state.handle_message(&laser_lost);
+        state.handle_message(&head_lost);
+        state.handle_message(&laser);
+        receive(&mut state, head);
+        assert!(!state.has_failed());
+    }
+
+    #[test]
+    fn a_position_that_was_never_trusted_is_no_news() {
+        let unit = unit();
+        let (notes, heard) = mpsc::channel();
+        let mut state = state_with(&PositionTrust::default(), notes);
+        state.trust_as_found = false;
+        let warnings = || {
+            let notes: Vec<_> = heard.try_iter().collect();
+            let warned = |note: &&DeviceNote| note.severity == Severity::Warning;
+            notes.iter().filter(warned).count()
+        };
+        receive(&mut state, connected(&unit));
+        assert_eq!((state.is_position_trusted(), warnings()), (false, 0));
+        receive(&mut state, home_done(&unit));
+        assert_eq!((state.is_position_trusted(), warnings()), (true, 0));
+        // A new one without its marks lost its power.
+        receive(&mut state, connected(&unit));
+        assert_eq!((state.is_position_trusted(), warnings()), (false, 1));
+        receive(&mut state, connected(&unit));
+        assert_eq!(warnings(), 0);
+    }
+
+    #[test]
+    fn only_a_head_that_was_out_of_sight_is_reported_to_have_kept_its_power() {
+        let unit = unit();
+        let (notes, heard) = mpsc::channel();
+        let mut state = state_with(&PositionTrust::default(), notes);
+        let kept_notes = || {
+            let kept = |note: &DeviceNote| note.text.contains("kept its power");
+            heard.try_iter().filter(kept).count()
+        };
+        receive(&mut state, connected(&unit));
+        assert_eq!((state.is_position_trusted(), kept_notes()), (true, 0));
+        let [pan, tilt] = state.marker_speeds().expect("connected");
+        let mut marked = unit.clone();
+        (marked.pan.speed, marked.tilt.speed) = (pan, tilt);
+        for (axis, limits) in [(Axis::Pan, unit.pan), (Axis::Tilt, unit.tilt)] {
+            let steps_per_s = if axis == Axis::Pan { pan } else { tilt };
+            assert!((limits.speed_min..=limits.speed_max).contains(&steps_per_s));
+            receive(&mut state, PtuEvent::SpeedSet { axis, steps_per_s });
+        }
+        let lost = PortMessage::Head(PortEvent::Lost {
+            error: DeviceError::Cancelled,
+            retry_in: Duration::ZERO,
+        });
+        for (found, kept) in [(&marked, 1), (&unit, 0)] {
+            state.handle_message(&lost);
+            receive(&mut state, connected(found));
+            assert_eq!(
+                (state.is_position_trusted(), kept_notes()),
+                (kept == 1, kept)
+            );
+        }
+    }
+
+    #[test]
     fn distrust_after_a_lost_port_or_unfinished_homing_outlives_the_station() {
         let unit = unit();
         let error = DeviceError::Cancelled;

@@ -334,6 +334,16 @@ mod tests {
                 },
                 &["refused PN: Axis Error", "power-cycle"],
             ),
+            (
+                HeadError::ResetFailed {
+                    text: text("Axis Error"),
+                },
+                &["Axis Error", "not trusted", "home it"],
+            ),
+            (
+                HeadError::ResetTimedOut { waited_s: 60 },
+                &["60 s", "reconnecting", "power-cycle"],
+            ),
         ] {
             let told = head_error(&error, "/dev/ptu").to_string();
             assert!(

@@ -199,9 +199,54 @@ pub(super) fn laser_error(error: &ScipError, port: &str) -> DeviceError {
 
 #[cfg(test)]
 mod tests {
-    use super::laser_error;
-    use scip::{LaserLine, ParameterError, ReplyError, ScipCommand, ScipError, StatusMeaning};
+    use super::{DeviceDriver, DriverOutput, LaserCommand, LaserDriver, laser_error};
+    use crate::devices::error::Device;
+    use crate::devices::port_config::PortConfig;
+    use scip::{
+        LaserEvent, LaserLine, ParameterError, ReplyError, ScipCommand, ScipError, StatusMeaning,
+        StreamPlan, ValueCoding,
+    };
     use std::time::Duration;
+
+    #[test]
+    fn a_request_that_cannot_be_made_is_answered() {
+        let port = PortConfig {
+            device: Device::Laser,
+            name: "/dev/laser".to_owned(),
+            baud: 19_200,
+            unit: None,
+        };
+        let mut laser = LaserDriver::new(&port, 19_200, false);
+        let plan = StreamPlan {
+            first_step: 44,
+            last_step: 725,
+            cluster: 1,
+            interval: 0,
+            coding: ValueCoding::ThreeCharacter,
+            count: 0,
+        };
+        // It is not connected.
+        for command in [LaserCommand::ExchangeTime(1), LaserCommand::Stream(plan)] {
+            laser.command(command, Duration::ZERO);
+            let Some(DriverOutput::Event(event)) = laser.poll() else {
+                panic!("no answer")
+            };
+            let not_ready = matches!(event, LaserEvent::RequestFailed(ScipError::NotReady { .. }));
+            assert!(not_ready, "{event:?}");
+            assert!(LaserDriver::is_stopped(&event), "its laser is off");
+            assert!(laser.poll().is_none(), "once");
+        }
+    }
+
+    #[test]
+    fn it_is_stopped_by_its_answer_and_by_its_end() {
+        assert!(LaserDriver::is_stopped(&LaserEvent::Stopped));
+        let lost = ScipError::BitRateLost { wanted: 115_200 };
+        assert!(LaserDriver::is_stopped(&LaserEvent::ConnectionFailed(lost)));
+        for event in [LaserEvent::Streaming, LaserEvent::LostScans(1)] {
+            assert!(!LaserDriver::is_stopped(&event), "{event:?}");
+        }
+    }
 
     #[test]
     fn each_error_of_the_driver_is_one_line_with_port_and_remedy() {

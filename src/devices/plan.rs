@@ -2,6 +2,8 @@
 
 mod request;
 mod stream;
+#[cfg(test)]
+mod tests;
 mod tilt;
 
 pub use self::request::SweepRequest;

@@ -209,7 +209,7 @@ pub(super) fn time_sample(
 
 #[cfg(test)]
 mod tests {
-    use super::{PanSegmentDraft, ScanTimeEstimator, StampUnwrapper};
+    use super::{PanSegmentDraft, ScanTimeEstimator, StampUnwrapper, is_off_ramp, min_delay_lag_s};
     use patrold_engine::sweep::{StampedScan, TimeSample};
 
     fn scan(stamp_ms: u64, arrived_s: f64) -> StampedScan {
@@ -275,12 +275,60 @@ mod tests {
     }
 
     #[test]
+    fn the_fastest_exchange_gives_the_lag_wherever_it_is() {
+        let exchange = |sent_s: f64, took_s: f64, lag_s: f64| TimeSample {
+            sent_s,
+            received_s: sent_s + took_s,
+            stamp_ms: (1e3 * (sent_s + took_s / 2.0 - lag_s)).round() as u64,
+        };
+        let (fast, slow) = (exchange(8.0, 0.002, 3.0), exchange(5.0, 0.1, 3.04));
+        let later = exchange(20.0, 0.05, 3.02);
+        for samples in [[&fast, &slow, &later], [&later, &slow, &fast]] {
+            let lag_s = min_delay_lag_s(samples.into_iter()).expect("exchanges");
+            assert!((lag_s - 3.0).abs() < 0.001, "{lag_s}");
+        }
+        assert_eq!(min_delay_lag_s(std::iter::empty()), None);
+    }
+
+    #[test]
+    fn each_segment_begins_with_the_lag_of_its_own_exchange() {
+        let mut times = ScanTimeEstimator::default();
+        times.restart(&segment(0, 0.0, 0.0).time_samples);
+        times.start_time_s(&scan(10_000, 10.075), 0.1);
+        // The timer was set back by two seconds in between.
+        times.restart(&segment(0, 0.0, -2.0).time_samples[1..]);
+        let start_s = times.start_time_s(&scan(9_000, 11.075), 0.1);
+        assert!((start_s - 11.0).abs() < 0.002, "{start_s}");
+    }
+
+    #[test]
+    fn a_position_counts_at_the_end_and_past_the_ramp() {
+        for (steps, is_off) in [
+            (100, true),
+            (99, false),
+            (90, false),
+            (89, true),
+            (110, false),
+            (111, true),
+        ] {
+            assert_eq!(is_off_ramp(steps, 100, 10), is_off, "{steps}");
+            assert!(is_off_ramp(steps, 100, 0), "no ramp: {steps}");
+        }
+    }
+
+    #[test]
     fn stamps_continue_over_the_wrap_and_may_step_back() {
         let mut stamps = StampUnwrapper::default();
         let first = stamps.unwrap(0xFF_FF00);
         assert_eq!(stamps.unwrap(0x00_0010) - first, 0x110);
         assert_eq!(first - stamps.unwrap(0xFF_FEF0), 0x10);
         assert_eq!(stamps.unwrap(0x00_0020) - first, 0x120);
+        // Each from the one before, however far from the first.
+        for thirds in 1..=6 {
+            let ahead = u64::from(scip::STAMP_MODULUS_MS) / 3 * thirds;
+            let stamp_ms = (0x20 + ahead) % u64::from(scip::STAMP_MODULUS_MS);
+            assert_eq!(stamps.unwrap(stamp_ms as u32) - first, 0x120 + ahead);
+        }
     }
 
     #[test]

@@ -11,6 +11,8 @@
 //! before the outcome is available.
 
 mod steps;
+#[cfg(test)]
+mod tests;
 
 use super::constants::{SETTLE, STEP_LIMIT, WARM_UP_SCANS};
 use super::error::{Device, DeviceError};

@@ -30,8 +30,7 @@ pub(crate) struct TestRig {
     head: HeadDriver,
     pub now: Duration,
     pub identity: Option<ptu::HeadIdentity>,
-    pub parameters: Option<scip::LaserParameters>,
-    pub line_bytes_s: Option<u32>,
+    pub laser_identity: Option<scip::LaserIdentity>,
 }
 
 fn port(device: Device) -> PortConfig {
@@ -56,8 +55,7 @@ impl TestRig {
             head: HeadDriver::new(&port(Device::Head), 9600, false),
             now: Duration::ZERO,
             identity: None,
-            parameters: None,
-            line_bytes_s: None,
+            laser_identity: None,
         }
     }
 
@@ -84,12 +82,11 @@ impl TestRig {
         let mut rig = self;
         rig.laser.connect(rig.now);
         rig.head.connect(rig.now);
-        while rig.identity.is_none() || rig.parameters.is_none() {
+        while rig.identity.is_none() || rig.laser_identity.is_none() {
             for event in rig.step() {
                 match event {
                     DriverEvent::Laser(scip::LaserEvent::Connected(identity)) => {
-                        rig.parameters = Some(identity.parameters);
-                        rig.line_bytes_s = identity.line_bytes_s;
+                        rig.laser_identity = Some(identity);
                     }
                     DriverEvent::Head(HeadEvent::Ptu(ptu::PtuEvent::Connected(identity))) => {
                         rig.identity = Some(*identity);
@@ -191,10 +188,7 @@ impl TestRig {
                 settings: ptu,
                 port: "ptu",
             },
-            LaserFacts {
-                parameters: self.parameters.expect("connected"),
-                line_bytes_s: self.line_bytes_s,
-            },
+            LaserFacts::new(self.laser_identity.as_ref().expect("connected")),
         )
     }
 
