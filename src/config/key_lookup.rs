@@ -1,6 +1,7 @@
 //! Finding a key by its dotted name, and the nearest one for a misspelt name.
 
-use super::keys::{ConfigKey, KEYS, WAYPOINT_KEYS};
+use super::keys::{ConfigKey, KEYS};
+use super::waypoint_keys::WAYPOINT_KEYS;
 
 /// The key called `name`; `waypoint.NAME.key` finds the waypoint's key.
 pub(super) fn find_key(name: &str) -> Option<&'static ConfigKey> {

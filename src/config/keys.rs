@@ -26,7 +26,7 @@ impl ConfigKey {
     }
 }
 
-const fn key(
+pub(super) const fn key(
     name: &'static str,
     kind: ValueKind,
     default: &'static str,
@@ -42,8 +42,8 @@ const fn key(
     }
 }
 
-const MAX_M: f64 = 1000.0;
-const FULL_TURN_DEG: f64 = 360.0;
+pub(super) const MAX_M: f64 = 1000.0;
+pub(super) const FULL_TURN_DEG: f64 = 360.0;
 
 /// All keys of all sections but `[waypoint.NAME]`, in the order of the shipped file.
 pub const KEYS: &[ConfigKey] = &[
@@ -290,7 +290,7 @@ pub const KEYS: &[ConfigKey] = &[
         Float(0.0, 1.0),
         "0.7",
         "",
-        "Share of the reference, of its surface and of its solid angle, that a visit must be able to judge to be quiet; with less it is not_observed. What is proved is changed however little was seen.",
+        "Share of the solid angle in which the reference saw something that a visit must be able to judge to be quiet; with less it is not_observed. What is proved is changed however little was seen.",
     ),
     key(
         "shape.method",
@@ -371,41 +371,10 @@ pub const KEYS: &[ConfigKey] = &[
     ),
 ];
 
-/// Keys of `[waypoint.NAME]`; `name` is the last part of `waypoint.NAME.key`.
-pub(super) const WAYPOINT_KEYS: &[ConfigKey] = &[
-    key(
-        "u_th_m",
-        Float(1e-9, MAX_M),
-        "0.0005",
-        "m",
-        "novelty.u_th_m for this waypoint alone.",
-    ),
-    key(
-        "u_th_fm",
-        Float(1e-9, MAX_M),
-        "0.002",
-        "",
-        "novelty.u_th_fm for this waypoint alone.",
-    ),
-    key(
-        "pans_deg",
-        Floats(1, 16, -FULL_TURN_DEG, FULL_TURN_DEG),
-        "[0.0]",
-        "deg",
-        "sweep.pans_deg for this waypoint alone.",
-    ),
-    key(
-        "map_pose",
-        Floats(3, 3, -1e6, 1e6),
-        "[0.0, 0.0, 0.0]",
-        "m, m, deg",
-        "x, y, yaw of the robot's base on the site's map when it stands here.",
-    ),
-];
-
 #[cfg(test)]
 mod tests {
-    use super::{KEYS, WAYPOINT_KEYS};
+    use super::KEYS;
+    use crate::config::waypoint_keys::WAYPOINT_KEYS;
     use std::collections::BTreeSet;
 
     #[test]

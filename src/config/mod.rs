@@ -17,6 +17,7 @@ mod template;
 mod toml_text;
 mod value;
 mod warnings;
+mod waypoint_keys;
 
 pub use engine::ground_name;
 pub use error::{ConfigError, ConfigProblem};

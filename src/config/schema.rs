@@ -1,7 +1,8 @@
 //! The configuration as a JSON Schema, for editors and for programs that write it.
 
-use super::keys::{ConfigKey, KEYS, WAYPOINT_KEYS};
+use super::keys::{ConfigKey, KEYS};
 use super::value::ValueKind;
+use super::waypoint_keys::WAYPOINT_KEYS;
 use serde_json::{Map, Value, json};
 
 const USB_NAME: &str = "usb:[0-9A-Fa-f]{4}:[0-9A-Fa-f]{4}(:.+)?";
@@ -95,7 +96,8 @@ fn number(kind: &str, low: Value, high: Value) -> Value {
 #[cfg(test)]
 mod tests {
     use super::json_schema;
-    use crate::config::keys::{KEYS, WAYPOINT_KEYS};
+    use crate::config::keys::KEYS;
+    use crate::config::waypoint_keys::WAYPOINT_KEYS;
     use serde_json::{Value, json};
     use toml::de::DeValue;
 

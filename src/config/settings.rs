@@ -146,7 +146,7 @@ pub struct NoveltyConfig {
     pub ground: GroundDistance,
     /// Points farther away are ignored, metres.
     pub max_range_m: Option<f64>,
-    /// Share of the reference that must be judged for a visit to be quiet.
+    /// Share of the reference's solid angle that must be judged for a visit to be quiet.
     pub min_coverage: f64,
 }
 

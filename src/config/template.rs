@@ -1,6 +1,7 @@
 //! The shipped configuration file: every key with description, kind, unit and default, commented out.
 
-use super::keys::{ConfigKey, KEYS, WAYPOINT_KEYS};
+use super::keys::{ConfigKey, KEYS};
+use super::waypoint_keys::WAYPOINT_KEYS;
 use std::fmt::Write as _;
 
 const HEADER: &str = "\

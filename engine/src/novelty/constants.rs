@@ -82,6 +82,18 @@ pub(super) const LAYER_NEIGHBOURS: usize = 4;
 /// and halls, a wrong position .50 to .96 (nine positions 4 m to 5 km outside of a recorded room).
 pub(super) const MAX_HIDDEN_SHARE: f64 = 0.3;
 
+/// Distances between neighbouring own beams within which another view with the same pattern has a beam, wherever its own fall: one
+/// of two that lie half a distance beside may be lost.
+pub(super) const LOOKED_AT_SPACINGS: f64 = 2.0;
+
+/// Share of a view's returns that are strays, at either end of its ranges: mixed pixels and reflections are 1 in 1,000 of recorded
+/// sweeps at most.
+pub(super) const STRAY_SHARE: f64 = 0.001;
+
+/// A neighbour within this many standard deviations, of its noise and of the thickness of the surface, lies on the plane of a
+/// surface: by chance 3 in 1,000 do not.
+pub(super) const ON_PLANE_SIGMAS: f64 = 3.0;
+
 /// Beams of the reference by which the share of its solid angle is measured, at most: a share is known to one in a hundred.
 pub(super) const COVERAGE_SAMPLES: usize = 8192;
 /// Width of the bearings that are named as not looked at, degrees: a person is as wide at 5 m.

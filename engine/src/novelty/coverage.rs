@@ -16,12 +16,6 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    /// The lesser of both shares.
-    #[must_use]
-    pub fn least(&self) -> f64 {
-        self.surface.min(self.solid_angle)
-    }
-
     /// The coverage of `reference` by a visit that saw its points with these `visibilities` and could judge the share `surface` of
     /// its surface. Bearings are those of the visit.
     pub(super) fn new(

@@ -100,10 +100,11 @@ pub fn detect(
             evidence_from_mixture(gamma, &pair, settings)?
         }
     };
-    for (view, evidence) in pair.views.iter().zip(&mut evidence) {
-        hide_cut_surfaces(view, evidence, &settings.segment);
-    }
     let observers = [pair.observer_of(0), pair.observer_of(1)];
+    for side in [0, 1] {
+        let (own, observer) = (pair.views[side], &observers[side]);
+        hide_cut_surfaces(own, &mut evidence[side], observer, settings);
+    }
     let visibilities = evidence.each_ref().map(|e| visibilities(e));
     let mut segments = match settings.model {
         RevisitModel::Refit => [0, 1].map(|side| {

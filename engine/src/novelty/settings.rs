@@ -117,7 +117,8 @@ pub struct VerdictSettings {
     /// bent. 66 simulated quiet pairs with up to twice the sensor's noise are at 0.45-0.97 of what a sweep states (`cargo
     /// test --test gates`).
     pub max_disagreement: f64,
-    /// Least share of the reference, of its surface and of its solid angle, that the visit must be able to judge to be quiet.
+    /// Least share of the reference's solid angle that the visit must be able to judge to be quiet. Its surface does not decide:
+    /// half of a sparse corridor's lies at its far end, met at so flat an angle that noise hides it.
     pub min_coverage: f64,
 }
 

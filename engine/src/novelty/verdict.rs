@@ -56,7 +56,7 @@ pub(super) fn verdict(findings: &Findings<'_>, settings: &VerdictSettings) -> (V
 
 /// Why too little was seen to say that nothing changed, if so.
 fn coverage_reason(coverage: &Coverage, least: f64) -> Option<String> {
-    if coverage.least() >= least {
+    if coverage.solid_angle >= least {
         return None;
     }
     let missing = match coverage.missing.as_str() {
@@ -64,9 +64,9 @@ fn coverage_reason(coverage: &Coverage, least: f64) -> Option<String> {
         missing => format!(": {missing}"),
     };
     Some(format!(
-        "only {:.0} % of the surface and {:.0} % of the solid angle of the reference could be judged{missing}",
-        100.0 * coverage.surface,
-        100.0 * coverage.solid_angle
+        "only {:.0} % of the solid angle and {:.0} % of the surface of the reference could be judged{missing}",
+        100.0 * coverage.solid_angle,
+        100.0 * coverage.surface
     ))
 }
 
@@ -247,11 +247,10 @@ mod tests {
     }
 
     #[test]
-    fn too_little_seen_of_surface_or_solid_angle_is_not_quiet() {
+    fn too_little_of_the_solid_angle_seen_is_not_quiet() {
         let least = VerdictSettings::default().min_coverage;
         for (surface, solid_angle, expected) in [
-            (least, 1.0, Verdict::Quiet),
-            (least - 1e-6, 1.0, Verdict::NotObserved),
+            (0.1, least, Verdict::Quiet),
             (1.0, least, Verdict::Quiet),
             (1.0, least - 1e-6, Verdict::NotObserved),
         ] {
@@ -263,7 +262,7 @@ mod tests {
         let (_, reason) = with_coverage(0.5, 0.6, 0.0, 0);
         assert_eq!(
             reason,
-            "only 50 % of the surface and 60 % of the solid angle of the reference could be judged: 5 % hidden"
+            "only 60 % of the solid angle and 50 % of the surface of the reference could be judged: 5 % hidden"
         );
     }
 
