@@ -27,9 +27,15 @@ fn a_displaced_robot_gives_the_right_verdict() {
             .devices
             .with_emulation(|e| e.drive_to(displaced_pose("storeroom.toml", by)));
         let result = patrol.visit();
+        // From half a metre off, lines fall on other parts of the walls: less than .7 of what the reference saw can be judged.
+        let expected = if by == (0.5, 0.0, 0.0) {
+            assert!(result.reason.contains("of the solid angle"), "{result:?}");
+            Verdict::NotObserved
+        } else {
+            Verdict::Quiet
+        };
         assert_eq!(
-            result.verdict,
-            Verdict::Quiet,
+            result.verdict, expected,
             "{by:?}: {result:?} {:?}",
             patrol.event_log
         );
