@@ -202,6 +202,8 @@ fn views_that_do_not_match_are_compared_over_nothing() {
     assert_eq!(found.verdict, Verdict::NotObserved);
     assert!(found.reason.contains("do not match"), "{}", found.reason);
     assert_eq!((found.overlap, found.d_gmm), ([0.0; 2], 0.0));
+    assert_eq!(found.coverage.solid_angle, 0.0);
+    assert_eq!(found.coverage.missing, "everything");
     assert!(found.novelties.is_empty() && !found.labels.contains(&true));
     // Views that match are compared.
     let found = compare(&reference, &scan(&furnished_room(), 3));

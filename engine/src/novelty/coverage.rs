@@ -24,6 +24,14 @@ impl Coverage {
         surface: f64,
         current_from_reference: &Pose,
     ) -> Self {
+        // Also where views do not match; the density of beams may be costly in a view that is none.
+        if visibilities.iter().all(|v| *v == Visibility::OutOfView) {
+            return Self {
+                surface,
+                solid_angle: 0.0,
+                missing: "everything".to_owned(),
+            };
+        }
         let points = &reference.view.points;
         let step = points.len().div_ceil(COVERAGE_SAMPLES).max(1);
         let mut sums = SolidAngles::default();
