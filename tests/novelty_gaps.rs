@@ -197,7 +197,7 @@ fn a_visit_that_saw_half_is_not_observed_and_says_which() {
         "{}",
         half.reason
     );
-    // A little is told and is quiet.
+    // A narrow gap is stated in the coverage, and the visit is quiet.
     let little = compare(&reference, &Gap::Sector(-60.0, 10.0).cut(&current));
     assert!(little.coverage.solid_angle > 0.85, "{:?}", little.coverage);
     assert_eq!(little.verdict, Verdict::Quiet);

@@ -86,8 +86,8 @@ pub(super) const MAX_HIDDEN_SHARE: f64 = 0.3;
 /// of two that lie half a distance beside may be lost.
 pub(super) const LOOKED_AT_SPACINGS: f64 = 2.0;
 
-/// Share of a view's returns that are strays, at either end of its ranges: mixed pixels and reflections are 1 in 1,000 of recorded
-/// sweeps at most.
+/// Share of a view's returns that count as strays, at either end of its ranges. Own choice, not measured: a reflection or a mixed
+/// pixel must not vouch for the sensor's reach.
 pub(super) const STRAY_SHARE: f64 = 0.001;
 
 /// A neighbour within this many standard deviations, of its noise and of the thickness of the surface, lies on the plane of a
