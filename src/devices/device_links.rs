@@ -35,8 +35,8 @@ pub(crate) trait DeviceLinks: Send + fmt::Debug {
     /// A message that has arrived already; does not wait.
     fn try_recv(&mut self) -> Option<PortMessage>;
 
-    /// Where both ports note what they do.
-    fn tap(&self) -> &DialogueTap;
+    /// Lets both drivers join a recording, each once it has taken all commands sent before.
+    fn record(&mut self, tap: &DialogueTap);
 }
 
 /// One thread per port.
@@ -46,7 +46,6 @@ pub(crate) struct PortThreads {
     head: Port<HeadDriver>,
     messages: Receiver<PortMessage>,
     clock: Clock,
-    tap: DialogueTap,
 }
 
 impl PortThreads {
@@ -61,17 +60,15 @@ impl PortThreads {
     ) -> Result<Self, DeviceError> {
         let (sender, messages) = mpsc::channel();
         let head_sender = sender.clone();
-        let tap = DialogueTap::default();
         Ok(Self {
-            laser: Port::spawn(laser, clock.clone(), tap.clone(), move |event, _| {
+            laser: Port::spawn(laser, clock.clone(), move |event, _| {
                 sender.send(PortMessage::Laser(event)).is_ok()
             })?,
-            head: Port::spawn(head, clock.clone(), tap.clone(), move |event, _| {
+            head: Port::spawn(head, clock.clone(), move |event, _| {
                 head_sender.send(PortMessage::Head(event)).is_ok()
             })?,
             messages,
             clock,
-            tap,
         })
     }
 }
@@ -98,8 +95,9 @@ impl DeviceLinks for PortThreads {
         self.messages.try_recv().ok()
     }
 
-    fn tap(&self) -> &DialogueTap {
-        &self.tap
+    fn record(&mut self, tap: &DialogueTap) {
+        self.laser.record(tap.clone());
+        self.head.record(tap.clone());
     }
 }
 

@@ -33,10 +33,19 @@ pub(crate) enum PortEvent<E> {
     },
 }
 
+/// What a port thread is asked to do.
+#[derive(Debug)]
+pub(super) enum PortRequest<C> {
+    /// A command for the driver.
+    Command(C),
+    /// The driver is to join this recording.
+    Record(DialogueTap),
+}
+
 /// Handle of a port thread. Dropping it stops the device and closes the port.
 #[derive(Debug)]
 pub(crate) struct Port<D: DeviceDriver> {
-    commands: Sender<D::Command>,
+    requests: Sender<PortRequest<D::Command>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -49,20 +58,18 @@ impl<D: DeviceDriver> Port<D> {
     pub(super) fn spawn(
         config: PortConfig,
         clock: Clock,
-        tap: DialogueTap,
         send_event: impl FnMut(PortEvent<D::Event>, Duration) -> bool + Send + 'static,
     ) -> Result<Self, DeviceError>
     where
         D: 'static,
     {
         let device = config.device;
-        let (commands, inbox) = mpsc::channel();
+        let (requests, inbox) = mpsc::channel();
         let stop = Arc::new(AtomicBool::new(false));
         let runner = PortRunner::<D, _> {
             port: config,
             clock,
-            tap,
-            commands: inbox,
+            requests: inbox,
             stop: Arc::clone(&stop),
             send_event,
             backoff: INITIAL_REOPEN_PAUSE,
@@ -79,7 +86,7 @@ impl<D: DeviceDriver> Port<D> {
                 detail: error.to_string(),
             })?;
         Ok(Self {
-            commands,
+            requests,
             stop,
             thread: Some(thread),
         })
@@ -87,8 +94,17 @@ impl<D: DeviceDriver> Port<D> {
 
     /// Queues a command; it is carried out within [`READ_IDLE`]. Commands to a closed port are dropped.
     pub(super) fn send(&self, command: D::Command) {
-        // An ended thread takes no commands.
-        let _ = self.commands.send(command);
+        self.request(PortRequest::Command(command));
+    }
+
+    /// Lets the driver join a recording once it has taken all commands sent before.
+    pub(super) fn record(&self, tap: DialogueTap) {
+        self.request(PortRequest::Record(tap));
+    }
+
+    fn request(&self, request: PortRequest<D::Command>) {
+        // An ended thread takes none.
+        let _ = self.requests.send(request);
     }
 
     /// Starts stopping the device; [`Drop`] waits for it. Lets several ports close at the same time.
@@ -110,8 +126,7 @@ impl<D: DeviceDriver> Drop for Port<D> {
 struct PortRunner<D: DeviceDriver, F> {
     port: PortConfig,
     clock: Clock,
-    tap: DialogueTap,
-    commands: Receiver<D::Command>,
+    requests: Receiver<PortRequest<D::Command>>,
     stop: Arc<AtomicBool>,
     send_event: F,
     backoff: Duration,
@@ -246,9 +261,9 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
 
     fn serve(&mut self, mut link: Box<dyn Link>, baud: u32, probing: bool) -> ServeEnd {
         self.found_baud = baud;
-        let mut driver = RecordedDriver::<D>::new(&self.port, baud, probing, self.tap.clone());
-        // Drop commands queued before the port was open.
-        while self.commands.try_recv().is_ok() {}
+        let mut driver = RecordedDriver::<D>::new(&self.port, baud, probing);
+        // Drop requests queued before the port was open.
+        while self.requests.try_recv().is_ok() {}
         driver.connect(self.clock.now());
         if !self.send(PortEvent::Opened) {
             return ServeEnd::Stopped;
@@ -280,11 +295,14 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
                 }
             }
             driver.handle_deadline(self.clock.now());
-            while let Ok(command) = self.commands.try_recv() {
+            while let Ok(request) = self.requests.try_recv() {
                 if let Err(end) = self.process_outputs(&mut driver, &mut *link) {
                     return end;
                 }
-                driver.command(command, self.clock.now());
+                match request {
+                    PortRequest::Command(command) => driver.command(command, self.clock.now()),
+                    PortRequest::Record(tap) => driver.record(tap),
+                }
             }
         }
     }
@@ -397,7 +415,6 @@ mod tests {
     use crate::devices::laser::LaserDriver;
     use crate::devices::lockstep::rig::ROOM;
     use crate::devices::port_config::{OpenAttempt, PortConfig};
-    use crate::devices::recording::DialogueTap;
     use link::Clock;
     use patrold_sim::emulator::{Emulation, EmulationOptions};
     use patrold_sim::emulator::{Emulator, EmulatorPorts};
@@ -440,8 +457,7 @@ mod tests {
                 unit: Some("H0706400".to_owned()),
             },
             clock: clock.clone(),
-            tap: DialogueTap::default(),
-            commands: mpsc::channel().1,
+            requests: mpsc::channel().1,
             stop: Arc::new(AtomicBool::new(false)),
             send_event,
             backoff: INITIAL_REOPEN_PAUSE,

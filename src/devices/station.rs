@@ -260,7 +260,7 @@ impl Station {
         };
         let start = StartPose::of_sweep(&plan);
         let encoded_plan = encode_plan(&plan, &names);
-        let (began_at, tap) = (self.begin_recording()?, self.links.tap().clone());
+        let (began_at, tap) = self.begin_recording()?;
         let mut run = SweepRun::new(plan, names, began_at);
         let outcome = self.run_sweep(&mut run, &tap, cancel);
         let end = match &outcome {

@@ -56,13 +56,11 @@ struct VirtualPort<D> {
     driver: Option<RecordedDriver<D>>,
     open_at: Duration,
     backoff: Duration,
-    tap: DialogueTap,
 }
 
 impl<D: DeviceDriver> VirtualPort<D> {
-    fn new(device: Device, now: Duration, tap: &DialogueTap) -> Self {
+    fn new(device: Device, now: Duration) -> Self {
         Self {
-            tap: tap.clone(),
             name: PortConfig {
                 device,
                 name: format!("/dev/pts/{device}"),
@@ -111,8 +109,7 @@ impl<D: DeviceDriver> VirtualPort<D> {
                 Some(self.close(port_error(PortError::NoSuchPort(absent)), now))
             }
             (None, true) if now >= self.open_at => {
-                let tap = self.tap.clone();
-                let mut driver = RecordedDriver::new(&self.name, self.name.baud, false, tap);
+                let mut driver = RecordedDriver::new(&self.name, self.name.baud, false);
                 driver.connect(now);
                 self.driver = Some(driver);
                 Some(PortEvent::Opened)
@@ -275,17 +272,16 @@ impl EmulatedDevices {
     pub(crate) fn links(&self) -> Box<dyn DeviceLinks> {
         let mut state = self.state();
         let now = state.now;
-        let tap = DialogueTap::default();
-        state.laser = Some(VirtualPort::new(Device::Laser, now, &tap));
-        state.head = Some(VirtualPort::new(Device::Head, now, &tap));
+        state.laser = Some(VirtualPort::new(Device::Laser, now));
+        state.head = Some(VirtualPort::new(Device::Head, now));
         state.messages.clear();
         drop(state);
-        Box::new(EmulatedLinks(self.clone(), tap))
+        Box::new(EmulatedLinks(self.clone()))
     }
 }
 
 #[derive(Debug)]
-struct EmulatedLinks(EmulatedDevices, DialogueTap);
+struct EmulatedLinks(EmulatedDevices);
 
 impl DeviceLinks for EmulatedLinks {
     fn now(&self) -> Duration {
@@ -326,8 +322,15 @@ impl DeviceLinks for EmulatedLinks {
         state.messages.pop_front()
     }
 
-    fn tap(&self) -> &DialogueTap {
-        &self.1
+    fn record(&mut self, tap: &DialogueTap) {
+        let mut state = self.0.state();
+        if let Some(driver) = state.laser.as_mut().and_then(|line| line.driver.as_mut()) {
+            driver.record(tap.clone());
+        }
+        if let Some(driver) = state.head.as_mut().and_then(|line| line.driver.as_mut()) {
+            driver.record(tap.clone());
+        }
+        state.drain();
     }
 }
 

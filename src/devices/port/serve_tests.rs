@@ -1,10 +1,12 @@
 //! What one opening of a port leaves to the next, with a driver whose events are the letters of its port's name.
 
-use super::{INITIAL_REOPEN_PAUSE, PortEvent, PortRunner, ServeEnd};
+use super::{INITIAL_REOPEN_PAUSE, PortEvent, PortRequest, PortRunner, ServeEnd};
 use crate::devices::device_driver::{DeviceDriver, DriverOutput};
 use crate::devices::error::{Device, DeviceError};
 use crate::devices::port_config::{OpenAttempt, PortConfig};
-use crate::devices::recording::{DialogueError, DialogueTap};
+use crate::devices::recording::{
+    DialogueEnd, DialogueEntryKind, DialogueError, DialogueTap, SweepDialogue,
+};
 use link::{Clock, Link, LinkError};
 use std::collections::VecDeque;
 use std::net::TcpListener;
@@ -43,7 +45,7 @@ impl DeviceDriver for LetterDriver {
         self.0.pop_front().map(DriverOutput::Event)
     }
     fn idle_state(&self) -> Option<Vec<u8>> {
-        None
+        self.0.is_empty().then(Vec::new)
     }
     fn resumed(_state: &[u8]) -> Result<Self, DialogueError> {
         Ok(Self(VecDeque::new()))
@@ -91,7 +93,7 @@ impl Link for UnpluggedLink {
 
 fn runner<F: FnMut(PortEvent<char>, Duration) -> bool>(
     name: &str,
-    commands: mpsc::Receiver<()>,
+    requests: mpsc::Receiver<PortRequest<()>>,
     send_event: F,
 ) -> PortRunner<LetterDriver, F> {
     PortRunner {
@@ -102,8 +104,7 @@ fn runner<F: FnMut(PortEvent<char>, Duration) -> bool>(
             unit: None,
         },
         clock: Clock::scaled(1000.0),
-        tap: DialogueTap::default(),
-        commands,
+        requests,
         stop: Arc::new(AtomicBool::new(false)),
         send_event,
         backoff: INITIAL_REOPEN_PAUSE,
@@ -141,13 +142,13 @@ fn events_of_the_driver_decide_how_the_port_is_opened_next() {
 
 #[test]
 fn a_command_made_before_the_port_is_open_is_dropped() {
-    let (commands, inbox) = mpsc::channel();
-    commands.send(()).expect("received");
+    let (requests, inbox) = mpsc::channel();
+    requests.send(PortRequest::Command(())).expect("received");
     let mut events = Vec::new();
-    let later = commands.clone();
+    let later = requests.clone();
     let send_event = |event, _| {
         if event == PortEvent::Device(CONNECTED) {
-            later.send(()).expect("received");
+            later.send(PortRequest::Command(())).expect("received");
         }
         events.push(event);
         true
@@ -161,6 +162,34 @@ fn a_command_made_before_the_port_is_open_is_dropped() {
         events,
         [PortEvent::Opened, device(CONNECTED), device(COMMANDED)]
     );
+}
+
+#[test]
+fn a_recording_begins_behind_the_commands_sent_before_it() {
+    let (requests, inbox) = mpsc::channel();
+    let tap = DialogueTap::new(Duration::ZERO);
+    let recording = tap.clone();
+    let send_event = |event, _| {
+        if event == PortEvent::Device(CONNECTED) {
+            // All three wait when the port looks for requests next.
+            for request in [
+                PortRequest::Command(()),
+                PortRequest::Record(recording.clone()),
+                PortRequest::Command(()),
+            ] {
+                requests.send(request).expect("received");
+            }
+        }
+        true
+    };
+    let mut runner = runner("c", inbox, send_event);
+    let end = runner.serve(Box::new(UnpluggedLink(2)), 0, false);
+    assert!(matches!(end, ServeEnd::Failed(DeviceError::Port { .. })));
+    assert!(tap.join(Device::Head, || Some(Vec::new())));
+    let bytes = tap.finish(&[], DialogueEnd::Complete).expect("joined");
+    let dialogue = SweepDialogue::from_bytes(&bytes).expect("read");
+    let kinds: Vec<_> = dialogue.entries.into_iter().map(|e| e.kind).collect();
+    assert_eq!(kinds, [DialogueEntryKind::CommandTaken]);
 }
 
 #[test]

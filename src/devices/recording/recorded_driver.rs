@@ -12,24 +12,32 @@ use std::time::Duration;
 pub(crate) struct RecordedDriver<D> {
     driver: D,
     device: Device,
-    tap: DialogueTap,
+    /// The recording to join when the driver is idle, or that it has joined.
+    tap: Option<DialogueTap>,
     /// Instant of the last input.
     now: Duration,
 }
 
 impl<D: DeviceDriver> RecordedDriver<D> {
-    pub(crate) fn new(port: &PortConfig, baud: u32, probing: bool, tap: DialogueTap) -> Self {
+    pub(crate) fn new(port: &PortConfig, baud: u32, probing: bool) -> Self {
         Self {
             driver: D::new(port, baud, probing),
             device: port.device,
-            tap,
+            tap: None,
             now: Duration::ZERO,
         }
     }
 
+    /// From the next idle moment on everything is noted there.
+    pub(crate) fn record(&mut self, tap: DialogueTap) {
+        self.tap = Some(tap);
+    }
+
     fn note(&mut self, kind: &DialogueEntryKind, now: Duration, bytes: Option<&[u8]>) {
         self.now = now;
-        self.tap.note_driver(self.device, kind, now, bytes);
+        if let Some(tap) = &self.tap {
+            tap.note_driver(self.device, kind, now, bytes);
+        }
     }
 
     pub(crate) fn connect(&mut self, now: Duration) {
@@ -66,10 +74,18 @@ impl<D: DeviceDriver> RecordedDriver<D> {
                 let kind = DialogueEntryKind::Sent(Vec::new());
                 self.note(&kind, self.now, Some(bytes));
             }
-            Some(DriverOutput::Event(_)) => self.tap.note_spoken(self.device),
+            Some(DriverOutput::Event(_)) => {
+                if let Some(tap) = &self.tap {
+                    tap.note_spoken(self.device);
+                }
+            }
             // A part of connecting, of which nothing is recorded.
             Some(DriverOutput::SetBitRate(_)) => {}
-            None => self.tap.join(self.device, || self.driver.idle_state()),
+            None => {
+                let (driver, device) = (&self.driver, self.device);
+                self.tap
+                    .take_if(|tap| !tap.join(device, || driver.idle_state()));
+            }
         }
         output
     }

@@ -37,7 +37,7 @@ pub enum ReplayError {
         /// Since the sweep began, seconds.
         at_s: f64,
         /// What differs.
-        what: &'static str,
+        what: String,
     },
     /// It ends before the sweep does.
     #[error("recorded dialogue: it ends before the sweep does ({why})")]
@@ -148,16 +148,23 @@ impl<'a, D: DeviceDriver> ReplayedPort<'a, D> {
                 return Ok(event);
             }
             let Some(input) = self.entries.pop_front() else {
-                return Err(self.differs(taken, "it gave an event that its bytes do not give"));
+                let what = "it gave an event that its bytes do not give".to_owned();
+                return Err(self.differs(taken, what));
             };
             match &input.kind {
                 DialogueEntryKind::Received(bytes) => self.driver.handle_bytes(bytes, input.at),
                 DialogueEntryKind::DriverDeadline => self.driver.handle_deadline(input.at),
                 DialogueEntryKind::CommandTaken => match self.commands.pop_front() {
                     Some(command) => self.driver.command(command, input.at),
-                    None => return Err(self.differs(input, "it took a command that is not given")),
+                    None => {
+                        let what = "it took a command that is not given".to_owned();
+                        return Err(self.differs(input, what));
+                    }
                 },
-                _ => return Err(self.differs(input, "it sent what is not sent now")),
+                kind => {
+                    let what = format!("it {}, which is not sent now", in_words(kind));
+                    return Err(self.differs(input, what));
+                }
             }
             self.drain(input)?;
         }
@@ -173,18 +180,34 @@ impl<'a, D: DeviceDriver> ReplayedPort<'a, D> {
                     Some(DialogueEntryKind::Sent(then)) if *then == bytes => {}
                     // The recording ended in between.
                     None => {}
-                    Some(_) => return Err(self.differs(input, "it sends other bytes now")),
+                    Some(then) => {
+                        let now = String::from_utf8_lossy(&bytes);
+                        let what = format!("it {}, and sends {now:?} now", in_words(then));
+                        return Err(self.differs(input, what));
+                    }
                 },
             }
         }
         Ok(())
     }
 
-    fn differs(&self, entry: &DialogueEntry, what: &'static str) -> ReplayError {
+    fn differs(&self, entry: &DialogueEntry, what: String) -> ReplayError {
         ReplayError::OtherDriver {
             device: self.device,
             at_s: entry.at.as_secs_f64() - self.began_at.as_secs_f64(),
             what,
         }
+    }
+}
+
+/// What a driver did, for messages.
+fn in_words(kind: &DialogueEntryKind) -> String {
+    match kind {
+        DialogueEntryKind::Received(bytes) => {
+            format!("received {:?}", String::from_utf8_lossy(bytes))
+        }
+        DialogueEntryKind::Sent(bytes) => format!("sent {:?}", String::from_utf8_lossy(bytes)),
+        DialogueEntryKind::DriverDeadline => "met a time limit".to_owned(),
+        _ => "took a command".to_owned(),
     }
 }

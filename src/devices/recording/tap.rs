@@ -1,4 +1,4 @@
-//! Notes what ports and station do during a sweep, in the order in which they do it.
+//! The recording of one sweep: what ports and station do, in the order in which they do it.
 
 use super::constants::MAX_DIALOGUE_BYTES;
 use super::container::{DialogueHeader, EntryWriter, encode};
@@ -7,8 +7,9 @@ use crate::devices::error::Device;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Shared by both ports and the station. Clones share the recording.
-#[derive(Debug, Clone, Default)]
+/// Shared by both ports and the station. Clones share the recording. It reaches each driver behind the commands that were sent
+/// before, so that none of them is taken for a command of the sweep.
+#[derive(Debug, Clone)]
 pub(crate) struct DialogueTap(Arc<Mutex<TapState>>);
 
 #[derive(Debug, Default)]
@@ -53,17 +54,17 @@ impl DialogueTap {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins a recording at `now`: each driver joins it when it is idle.
-    pub(crate) fn begin(&self, now: Duration) {
-        *self.state() = TapState {
+    /// A recording that begins at `now`: each driver joins it when it is idle.
+    pub(crate) fn new(now: Duration) -> Self {
+        Self(Arc::new(Mutex::new(TapState {
             recording: true,
             began_at: now,
             entries: EntryWriter::new(now),
             ..TapState::default()
-        };
+        })))
     }
 
-    /// Drops the recording.
+    /// Drops what was noted; nothing is noted any more.
     pub(crate) fn stop(&self) {
         *self.state() = TapState::default();
     }
@@ -80,12 +81,14 @@ impl DialogueTap {
         state.laser.has_spoken || state.head.has_spoken
     }
 
-    /// Lets a driver join that has given all its outputs; `idle` is its state, if it is idle.
-    pub(super) fn join(&self, device: Device, idle: impl FnOnce() -> Option<Vec<u8>>) {
+    /// Lets a driver join that has given all its outputs; `idle` is its state, if it is idle. False where nothing is recorded any
+    /// more.
+    pub(crate) fn join(&self, device: Device, idle: impl FnOnce() -> Option<Vec<u8>>) -> bool {
         let mut state = self.state();
         if state.recording && state.driver(device).idle.is_none() {
             state.driver(device).idle = idle();
         }
+        state.recording
     }
 
     /// Notes an input or an output of a driver that has joined.
@@ -143,20 +146,19 @@ mod tests {
 
     #[test]
     fn a_driver_is_recorded_from_when_it_is_idle_and_a_long_dialogue_is_cut_at_its_bound() {
-        let (tap, at) = (DialogueTap::default(), Duration::from_secs(1));
+        let at = Duration::from_secs(1);
+        let tap = DialogueTap::new(at);
         let received = Kind::Received(Vec::new());
         let note = |device, bytes: &[u8]| tap.note_driver(device, &received, at, Some(bytes));
-        tap.join(Device::Laser, || panic!("nothing is recorded"));
         note(Device::Laser, b"before");
-        tap.begin(at);
-        tap.join(Device::Laser, || None);
+        assert!(tap.join(Device::Laser, || None));
         note(Device::Laser, b"busy");
-        tap.join(Device::Laser, || Some(vec![1]));
-        tap.join(Device::Laser, || panic!("it has joined"));
+        assert!(tap.join(Device::Laser, || Some(vec![1])));
+        assert!(tap.join(Device::Laser, || panic!("it has joined")));
         note(Device::Laser, b"laser");
         note(Device::Head, b"busy");
         assert!(!tap.has_both() && !tap.has_spoken());
-        tap.join(Device::Head, || Some(vec![2]));
+        assert!(tap.join(Device::Head, || Some(vec![2])));
         tap.note_spoken(Device::Head);
         assert!(tap.has_both() && tap.has_spoken());
         let megabyte = vec![b'x'; 1 << 20];
@@ -176,5 +178,6 @@ mod tests {
             None,
             "it has ended"
         );
+        assert!(!tap.join(Device::Laser, || panic!("it has ended")));
     }
 }

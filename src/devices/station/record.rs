@@ -2,7 +2,7 @@
 
 use super::Station;
 use crate::devices::error::DeviceError;
-use crate::devices::recording::{BEGIN_ATTEMPTS, IDLE_LIMIT};
+use crate::devices::recording::{BEGIN_ATTEMPTS, DialogueTap, IDLE_LIMIT};
 use std::time::Duration;
 
 impl Station {
@@ -12,18 +12,18 @@ impl Station {
         self.dialogue.take()
     }
 
-    /// Begins to record where both drivers are idle and nothing of theirs is under way. Returns the instant at which the sweep
-    /// begins. Where a device does not come to rest the sweep goes on unrecorded.
+    /// Begins to record where both drivers are idle and nothing of theirs is under way. Returns the recording and the instant at
+    /// which the sweep begins. Where a device does not come to rest the recording has stopped, and the sweep goes on without it.
     ///
     /// # Errors
     /// A device failed meanwhile.
-    pub(super) fn begin_recording(&mut self) -> Result<Duration, DeviceError> {
+    pub(super) fn begin_recording(&mut self) -> Result<(Duration, DialogueTap), DeviceError> {
         self.dialogue = None;
-        let tap = self.links.tap().clone();
-        for _ in 0..BEGIN_ATTEMPTS {
+        let mut attempts = BEGIN_ATTEMPTS;
+        loop {
             let began_at = self.links.now();
-            tap.begin(began_at);
-            self.process_pending();
+            let tap = DialogueTap::new(began_at);
+            self.links.record(&tap);
             let until = began_at + IDLE_LIMIT;
             while !tap.has_both() && self.links.now() < until {
                 self.next_message(until);
@@ -31,14 +31,16 @@ impl Station {
             // What they said before.
             self.process_pending();
             if let Some(error) = self.state.failure() {
-                tap.stop();
                 return Err(error);
             }
             if tap.has_both() && !tap.has_spoken() {
-                return Ok(began_at);
+                return Ok((began_at, tap));
+            }
+            tap.stop();
+            attempts -= 1;
+            if attempts == 0 {
+                return Ok((self.links.now(), tap));
             }
         }
-        tap.stop();
-        Ok(self.links.now())
     }
 }
