@@ -8,7 +8,9 @@ use analytic::{
 };
 use nalgebra::{Point3, Vector3};
 use patrold_engine::geometry::{Pose, View};
-use patrold_engine::novelty::{NoveltyKind, NoveltySettings, Verdict};
+use patrold_engine::novelty::{
+    NoveltyKind, NoveltySettings, Reference, SegmentSettings, Verdict, detect,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -151,6 +153,68 @@ fn a_random_gap_is_no_change() {
 fn a_change_beside_a_random_gap_is_found_alone() {
     for seed in 0..16 {
         check(seed, true).expect("the change alone");
+    }
+}
+
+/// The field of view of one visit ends some tenths of a degree before that of the other, beside the edge of a board. Says what
+/// deviates beyond it, in segments of any size.
+fn check_end_of_field(seed: u64) -> Result<(), String> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let pattern = [ScanPattern::Tilted(1.0), ScanPattern::Rings][usize::from(rng.random_bool(0.5))];
+    // The board is met squarely; its right edge is at this bearing.
+    let (near_m, right_m) = (1.2, rng.random_range(0.2..0.9_f64));
+    let end_deg = right_m.atan2(near_m).to_degrees() + rng.random_range(0.1..1.2);
+    let end_before_deg = end_deg - rng.random_range(0.05..1.2);
+    let bearing_deg = |p: &Point3<f64>| p.y.atan2(p.x).to_degrees();
+    let [wide, narrow] = [(1000, end_deg), (2000, end_before_deg)].map(|(offset, end_deg)| {
+        let low = [near_m, right_m, -0.4];
+        let high = [near_m + 0.02, right_m + 0.6, 0.4];
+        let room = furnished_room().with(AnalyticSolid::Block(low, high));
+        let mut view = room.scan(
+            pattern,
+            &at_origin(),
+            URG_NOISE,
+            f64::INFINITY,
+            offset + seed,
+        );
+        view.points.retain(|p| bearing_deg(p) < end_deg);
+        view
+    });
+    let settings = NoveltySettings {
+        segment: SegmentSettings {
+            min_support: 0.0,
+            thin_min_support: 0.0,
+            compact_min_support: 0.0,
+            min_points: 1,
+            thin_min_width_spacings: 0.0,
+            min_fill: 0.0,
+            ..SegmentSettings::default()
+        },
+        ..NoveltySettings::default()
+    };
+    for [reference, current] in [[&wide, &narrow], [&narrow, &wide]] {
+        let prepared = Reference::prepare(reference, &settings, 7).map_err(|e| e.to_string())?;
+        let found =
+            detect(&prepared, current, &settings, 7, &mut |_| {}).map_err(|e| e.to_string())?;
+        let beyond = |p: &&Point3<f64>| bearing_deg(p) > end_before_deg;
+        let deviating = found
+            .novelties
+            .iter()
+            .flat_map(|n| &n.points)
+            .filter(beyond);
+        let count = deviating.count();
+        if count > 0 {
+            let reason = found.reason;
+            return Err(format!("seed {seed} {pattern:?}: {count} points, {reason}"));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn beyond_the_end_of_the_other_field_nothing_deviates_though_its_last_beams_ended_elsewhere() {
+    for seed in 0..16 {
+        check_end_of_field(seed).expect("nothing deviates");
     }
 }
 

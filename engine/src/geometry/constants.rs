@@ -8,6 +8,10 @@
 /// Directions around a query are divided into this many equal sectors. Chosen: axes and diagonals of a grid.
 pub(super) const SECTORS: usize = 8;
 
+/// Neighbouring sectors that are all empty beyond a straight edge of the rays: half a turn holds at least so many of the eight
+/// as a whole, however the edge is turned.
+pub(super) const EDGE_SECTORS: usize = 3;
+
 /// Radius, in row spacings, within which rays are neighbours of a direction. Chosen: reaches the diagonal of a grid of
 /// rows.
 pub(super) const NEIGHBOUR_SPACINGS: f64 = 1.6;

@@ -1,8 +1,8 @@
 //! The rays of a view, indexed by direction: where it measured, how far, and how densely.
 
 use super::constants::{
-    COARSE_SPACINGS, DENSITY_SPACINGS, HULL_GAP_SECTORS, HULL_SPACINGS, INDEX_SPACINGS,
-    NEIGHBOUR_SPACINGS, SECTORS, SPACING_SAMPLES,
+    COARSE_SPACINGS, DENSITY_SPACINGS, EDGE_SECTORS, HULL_GAP_SECTORS, HULL_SPACINGS,
+    INDEX_SPACINGS, NEIGHBOUR_SPACINGS, SECTORS, SPACING_SAMPLES,
 };
 use super::direction_index::DirectionIndex;
 use super::sectors::{sector_of, tangents};
@@ -37,8 +37,14 @@ pub(crate) struct RayNeighbours {
     pub(crate) sectors: [Option<(usize, f64)>; SECTORS],
     /// The nearest of all, in the same form.
     pub(crate) nearest: Option<(usize, f64)>,
-    /// Number of sectors with a ray.
-    pub(crate) filled_sectors: usize,
+}
+
+impl RayNeighbours {
+    /// Whether the direction lies among the rays, not beyond an edge of them.
+    pub(crate) fn are_all_around(&self) -> bool {
+        let is_empty = |sector: usize| self.sectors[sector % SECTORS].is_none();
+        !(0..SECTORS).any(|first| (first..first + EDGE_SECTORS).all(is_empty))
+    }
 }
 
 impl RayIndex {
@@ -107,7 +113,8 @@ impl RayIndex {
     /// that, only to fill sectors that are still empty.
     pub(crate) fn neighbours(&self, d: &Vector3<f64>) -> RayNeighbours {
         let near = self.neighbours_within(d, NEIGHBOUR_SPACINGS * self.spacing_rad);
-        if near.filled_sectors >= SECTORS - 1 || near.nearest.is_none() {
+        let filled = near.sectors.iter().flatten().count();
+        if filled >= SECTORS - 1 || near.nearest.is_none() {
             return near;
         }
         let mut wide = self.neighbours_within(d, 2.0 * NEIGHBOUR_SPACINGS * self.spacing_rad);
@@ -158,7 +165,6 @@ impl RayIndex {
         RayNeighbours {
             sectors: sectors.map(angle),
             nearest: angle(nearest),
-            filled_sectors: sectors.iter().filter(|s| s.is_some()).count(),
         }
     }
 }
@@ -207,9 +213,38 @@ mod tests {
         let rays = RayIndex::new(RaySet::from_view(&rings()));
         let between = Vector3::new(1.0, 0.0, 1.0_f64.to_radians().tan()).normalize();
         let found = rays.neighbours(&between);
-        assert!(found.filled_sectors >= 6, "{found:?}");
+        assert!(found.are_all_around(), "{found:?}");
         let above = Vector3::new(1.0, 0.0, 1.0).normalize();
         assert!(rays.neighbours(&above).nearest.is_none());
         assert!(!rays.surrounds(&above));
+    }
+
+    #[test]
+    fn a_direction_beyond_an_edge_of_the_rays_is_not_among_them_however_the_edge_is_turned() {
+        const SPACING_RAD: f64 = 0.01;
+        for edge in 0..48 {
+            let turn = f64::from(edge) / 48.0 * std::f64::consts::TAU;
+            let (sin, cos) = turn.sin_cos();
+            // A square grid that is turned, up to an edge that is turned by the same.
+            let mut points = Vec::new();
+            for (column, row) in (-30..=0).flat_map(|c| (-30..=30).map(move |r| (c, r))) {
+                let [a, b] = [column, row].map(|n| f64::from(n) * SPACING_RAD);
+                let (y, z) = (a * cos - b * sin, a * sin + b * cos);
+                points.push(Point3::from(3.0 * Vector3::new(1.0, y, z).normalize()));
+            }
+            let view = View::from_points(points, Point3::origin());
+            let rays = RayIndex::new(RaySet::from_view(&view));
+            for (spacings, along) in [0.02, 0.1, 0.3, 0.5, 1.0, -1.0, -1.5, -2.3]
+                .into_iter()
+                .flat_map(|s| [0.0, 0.13, 0.5, 0.77].map(|along| (s, along)))
+            {
+                let [a, b] = [spacings, along].map(|n| n * SPACING_RAD);
+                let (y, z) = (a * cos - b * sin, a * sin + b * cos);
+                let around = rays.neighbours(&Vector3::new(1.0, y, z).normalize());
+                let at = format!("{spacings} beyond, {along} along, turned by {turn:.2}");
+                assert!(around.nearest.is_some(), "{at}");
+                assert_eq!(around.are_all_around(), spacings < 0.0, "{at}: {around:?}");
+            }
+        }
     }
 }

@@ -205,9 +205,8 @@ fn cell_visibility(
                 return false;
             }
             let around = rays.neighbours(&direction);
-            // Beams on nearly all sides; else a hole well within the bounds.
-            (around.nearest.is_some_and(|(_, angle)| angle <= hole_rad)
-                && around.filled_sectors >= 5)
+            // Beams on all sides; else a hole well within the bounds.
+            (around.nearest.is_some_and(|(_, angle)| angle <= hole_rad) && around.are_all_around())
                 || rays.field_of_view.contains(&direction, margin_rad)
         });
         if !in_field {
