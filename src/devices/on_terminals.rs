@@ -40,7 +40,7 @@ fn settings(emulator: &Emulator) -> Settings {
 #[test]
 fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
     // A request is given up after 1.5 s of the devices: so slow that this outlasts a stall of a loaded machine.
-    let clock = Clock::scaled(2.0);
+    let clock = Clock::paced(2.0);
     let emulator = emulator(&clock, &EmulatorPorts::default());
     let settings = settings(&emulator);
     let (notes, _heard) = mpsc::channel();
@@ -94,7 +94,7 @@ fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
 
 #[test]
 fn dropped_in_the_middle_the_laser_goes_off() {
-    let clock = Clock::scaled(10.0);
+    let clock = Clock::paced(10.0);
     let tcp = EmulatorPorts {
         laser_tcp: Some("127.0.0.1:0".parse().expect("an address")),
         head_tcp: Some("127.0.0.1:0".parse().expect("an address")),
@@ -133,7 +133,7 @@ fn dropped_in_the_middle_the_laser_goes_off() {
 
 #[test]
 fn missing_and_exchanged_ports_are_reported() {
-    let clock = Clock::scaled(50.0);
+    let clock = Clock::paced(50.0);
     let (notes, _heard) = mpsc::channel();
     let mut absent = Settings::defaults();
     absent.laser.port = "/dev/no-such-laser".to_owned();
@@ -171,7 +171,7 @@ fn missing_and_exchanged_ports_are_reported() {
 
 #[test]
 fn other_line_rates_are_found_and_that_of_the_laser_is_raised() {
-    let clock = Clock::scaled(2.0);
+    let clock = Clock::paced(2.0);
     let mut options = options();
     options.laser.link = LaserLink::Serial { baud: 19_200 };
     options.head.start.baud = 19_200;
@@ -188,7 +188,7 @@ fn other_line_rates_are_found_and_that_of_the_laser_is_raised() {
 
 #[test]
 fn waiting_for_a_silent_port_can_be_cancelled() {
-    let clock = Clock::scaled(1.0);
+    let clock = Clock::paced(1.0);
     let emulator = emulator(&clock, &EmulatorPorts::default());
     emulator.inject("ptu.silence:deaf=true,for=600".parse().expect("a fault"));
     let (notes, _heard) = mpsc::channel();
@@ -222,7 +222,7 @@ fn an_unplugged_port_comes_back_under_another_name() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);
     let (first, second) = (path("laser"), path("laser-again"));
-    let clock = Clock::scaled(5.0);
+    let clock = Clock::paced(5.0);
     let ports = EmulatorPorts {
         laser: Some(&first),
         ..EmulatorPorts::default()

@@ -269,7 +269,10 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
             return ServeEnd::Stopped;
         }
         let mut buffer = [0; 4096];
+        // Emulated devices stand still while this thread is held up.
+        let pacer = self.clock.pacer();
         loop {
+            pacer.mark();
             if let Err(end) = self.process_outputs(&mut driver, &mut *link) {
                 return end;
             }
@@ -277,7 +280,10 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
                 self.stop_device(&mut driver, &mut *link);
                 return ServeEnd::Stopped;
             }
-            match link.read(&mut buffer, self.read_timeout(&driver)) {
+            match link.read(
+                &mut buffer,
+                self.read_timeout(&driver).min(pacer.max_wait()),
+            ) {
                 Ok(0) => {}
                 Ok(count) => {
                     let now = self.clock.now();
@@ -496,7 +502,7 @@ mod tests {
 
     #[test]
     fn absent_ports_and_other_units_are_skipped() {
-        let clock = Clock::scaled(20.0);
+        let clock = Clock::paced(20.0);
         let (other, right) = (laser("H0900001", &clock), laser("H0706400", &clock));
         let others = [
             ("/dev/no-such-port", 115_200),

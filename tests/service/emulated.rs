@@ -60,7 +60,7 @@ fn check_rejudged(dir: &Path, replies: &[&Value]) {
 
 #[test]
 fn a_round_with_the_emulated_devices() {
-    let clock = Clock::scaled(5.0);
+    let clock = Clock::paced(5.0);
     let map_from_base = scene("storeroom.toml").map_from_base;
     let emulation = Emulation::new(
         EmulationOptions::seeded(3),

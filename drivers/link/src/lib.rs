@@ -15,7 +15,7 @@ mod tcp;
 mod transcript;
 mod usb;
 
-pub use clock::Clock;
+pub use clock::{Clock, Pacer};
 pub use detect::{detect_ports, socket_link};
 pub use error::{LinkError, ReplayFault};
 pub use holder::holders;

@@ -203,12 +203,13 @@ fn serve(shared: &Shared, mut port: Box<dyn EmulatedPort>, device: &DeviceAccess
     let mut buffer = [0; 4096];
     let mut due = Duration::ZERO;
     let mut held = HeldOutput::default();
+    let pacer = shared.clock.pacer();
     while !shared.stop.load(Ordering::Relaxed) {
         let timeout = shared
             .clock
             .wall_time(due.saturating_sub(shared.clock.now()));
         let timeout = if held.bytes().is_empty() {
-            timeout.min(POLL_INTERVAL)
+            timeout.min(POLL_INTERVAL).min(pacer.max_wait())
         } else {
             HELD_RETRY
         };
@@ -254,5 +255,6 @@ fn serve(shared: &Shared, mut port: Box<dyn EmulatedPort>, device: &DeviceAccess
         if let Some(late) = late {
             locked(&shared.lag).add(late);
         }
+        pacer.mark();
     }
 }
