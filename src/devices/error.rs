@@ -210,6 +210,20 @@ impl DeviceError {
         matches!(self, Self::Port { .. })
     }
 
+    /// How much it says about the device; silence and garbage may just be a wrong line rate.
+    pub(super) fn specificity(&self) -> u8 {
+        match self {
+            Self::OtherUnit { .. } => 5,
+            Self::Port { .. } => 4,
+            Self::Silent { .. } => 0,
+            Self::WrongDevice {
+                readable: false, ..
+            } => 1,
+            Self::WrongDevice { readable: true, .. } => 2,
+            _ => 3,
+        }
+    }
+
     /// Why the head may be elsewhere than at its counts after this error of a move. Losses of the port and notices of the head
     /// say so themselves.
     pub(super) fn contradicts_position(&self) -> Option<&'static str> {

@@ -139,20 +139,6 @@ struct PortRunner<D: DeviceDriver, F> {
     found_baud: u32,
 }
 
-/// How much an error says about the device; silence and garbage may just be a wrong line rate.
-fn specificity(error: &DeviceError) -> u8 {
-    match error {
-        DeviceError::OtherUnit { .. } => 5,
-        DeviceError::Port { .. } => 4,
-        DeviceError::Silent { .. } => 0,
-        DeviceError::WrongDevice {
-            readable: false, ..
-        } => 1,
-        DeviceError::WrongDevice { readable: true, .. } => 2,
-        _ => 3,
-    }
-}
-
 /// The rest follows in its order, round and round.
 fn begin_with(attempts: &mut [OpenAttempt], last_good: Option<&OpenAttempt>) {
     let at = attempts
@@ -231,7 +217,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
             }
             if reported
                 .as_ref()
-                .is_none_or(|t| specificity(t) <= specificity(&error))
+                .is_none_or(|t| t.specificity() <= error.specificity())
             {
                 reported = Some(error);
             }
