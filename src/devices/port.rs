@@ -139,14 +139,6 @@ struct PortRunner<D: DeviceDriver, F> {
     found_baud: u32,
 }
 
-/// The rest follows in its order, round and round.
-fn begin_with(attempts: &mut [OpenAttempt], last_good: Option<&OpenAttempt>) {
-    let at = attempts
-        .iter()
-        .position(|attempt| Some(attempt) == last_good);
-    attempts.rotate_left(at.unwrap_or(0));
-}
-
 enum ServeEnd {
     /// The handle was dropped, or nobody receives events.
     Stopped,
@@ -182,7 +174,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
     /// Tries the attempts in order, starting with the last good one, until one has served a connected device. Returns why
     /// that ended, or the most specific error of all attempts. `None`: stopped.
     fn try_attempts(&mut self, mut attempts: Vec<OpenAttempt>) -> Option<DeviceError> {
-        begin_with(&mut attempts, self.last_good.as_ref());
+        OpenAttempt::begin_with(&mut attempts, self.last_good.as_ref());
         let probing = attempts.len() > 1 && !self.baud_found;
         let mut reported: Option<DeviceError> = None;
         let mut ruled_out_nodes = HashSet::new();
@@ -402,7 +394,7 @@ fn flush<D: DeviceDriver>(driver: &mut RecordedDriver<D>, link: &mut dyn Link) {
 
 #[cfg(test)]
 mod tests {
-    use super::{INITIAL_REOPEN_PAUSE, PortEvent, PortRunner, begin_with};
+    use super::{INITIAL_REOPEN_PAUSE, PortEvent, PortRunner};
     use crate::devices::error::{Device, DeviceError, PortError};
     use crate::devices::laser::LaserDriver;
     use crate::devices::lockstep::rig::ROOM;
@@ -465,25 +457,6 @@ mod tests {
         });
         let ended = runner.try_attempts(attempts.collect());
         (ended, opened, found)
-    }
-
-    #[test]
-    fn the_attempt_that_worked_last_comes_first() {
-        let attempt = |baud| OpenAttempt {
-            node: "/dev/ttyUSB7".to_owned(),
-            baud,
-            is_of_other_device: false,
-        };
-        let order = |last_good: Option<OpenAttempt>| {
-            let mut attempts = [115_200, 19_200, 57_600].map(attempt);
-            begin_with(&mut attempts, last_good.as_ref());
-            attempts.map(|attempt| attempt.baud)
-        };
-        assert_eq!(order(None), [115_200, 19_200, 57_600]);
-        assert_eq!(order(Some(attempt(115_200))), [115_200, 19_200, 57_600]);
-        assert_eq!(order(Some(attempt(19_200))), [19_200, 57_600, 115_200]);
-        // That node is gone.
-        assert_eq!(order(Some(attempt(9600))), [115_200, 19_200, 57_600]);
     }
 
     #[test]

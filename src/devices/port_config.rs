@@ -41,6 +41,14 @@ pub(crate) struct OpenAttempt {
 }
 
 impl OpenAttempt {
+    /// Lets `attempts` begin with the last good one, if it is among them; the rest follows in its order, round and round.
+    pub(super) fn begin_with(attempts: &mut [Self], last_good: Option<&Self>) {
+        let at = attempts
+            .iter()
+            .position(|attempt| Some(attempt) == last_good);
+        attempts.rotate_left(at.unwrap_or(0));
+    }
+
     /// # Errors
     /// [`DeviceError::Port`].
     pub(super) fn open(&self, device: Device) -> Result<Box<dyn Link>, DeviceError> {
@@ -257,7 +265,7 @@ fn normalized_serial(serial: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Device, LineKind, PortConfig};
+    use super::{Device, LineKind, OpenAttempt, PortConfig};
     use crate::devices::error::{DeviceError, PortError};
     use link::{DetectedPort, LinkError, UsbDevice};
 
@@ -440,5 +448,24 @@ mod tests {
             text.contains("/dev/no-such-port") && text.contains("ptu.port"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn the_attempt_that_worked_last_comes_first() {
+        let attempt = |baud| OpenAttempt {
+            node: "/dev/ttyUSB7".to_owned(),
+            baud,
+            is_of_other_device: false,
+        };
+        let order = |last_good: Option<OpenAttempt>| {
+            let mut attempts = [115_200, 19_200, 57_600].map(attempt);
+            OpenAttempt::begin_with(&mut attempts, last_good.as_ref());
+            attempts.map(|attempt| attempt.baud)
+        };
+        assert_eq!(order(None), [115_200, 19_200, 57_600]);
+        assert_eq!(order(Some(attempt(115_200))), [115_200, 19_200, 57_600]);
+        assert_eq!(order(Some(attempt(19_200))), [19_200, 57_600, 115_200]);
+        // That node is gone.
+        assert_eq!(order(Some(attempt(9600))), [115_200, 19_200, 57_600]);
     }
 }
