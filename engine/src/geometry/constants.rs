@@ -8,9 +8,9 @@
 /// Directions around a query are divided into this many equal sectors. Chosen: axes and diagonals of a grid.
 pub(super) const SECTORS: usize = 8;
 
-/// Neighbouring sectors that are all empty beyond a straight edge of the rays: half a turn holds at least so many of the eight
-/// as a whole, however the edge is turned.
-pub(super) const EDGE_SECTORS: usize = 3;
+/// Distance, in row spacings, up to which a direction beyond the last rays lies on them. Twice what the pose of one visit leaves
+/// open: 0.05 deg where rows are 1 deg apart, a row in its own place from visit to visit.
+pub(super) const ON_EDGE_SPACINGS: f64 = 0.1;
 
 /// Radius, in row spacings, within which rays are neighbours of a direction. Chosen: reaches the diagonal of a grid of
 /// rows.

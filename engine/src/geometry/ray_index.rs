@@ -1,13 +1,14 @@
 //! The rays of a view, indexed by direction: where it measured, how far, and how densely.
 
 use super::constants::{
-    COARSE_SPACINGS, DENSITY_SPACINGS, EDGE_SECTORS, HULL_GAP_SECTORS, HULL_SPACINGS,
-    INDEX_SPACINGS, NEIGHBOUR_SPACINGS, SECTORS, SPACING_SAMPLES,
+    COARSE_SPACINGS, DENSITY_SPACINGS, HULL_GAP_SECTORS, HULL_SPACINGS, INDEX_SPACINGS,
+    NEIGHBOUR_SPACINGS, ON_EDGE_SPACINGS, SECTORS, SPACING_SAMPLES,
 };
 use super::direction_index::DirectionIndex;
 use super::sectors::{sector_of, tangents};
 use super::{FieldOfViewBounds, RaySet, voxel_downsample};
 use nalgebra::{Point3, Vector3};
+use std::cmp::Ordering;
 
 /// The rays of a view around its origin. Ray `i` is point `i`; the rays after the points are the directions without a
 /// return.
@@ -35,15 +36,33 @@ pub struct RayIndex {
 pub(crate) struct RayNeighbours {
     /// The nearest ray of each sector around the direction: its index and its angle off, radians.
     pub(crate) sectors: [Option<(usize, f64)>; SECTORS],
-    /// The nearest of all, in the same form.
+    /// Where those lie from the direction, radians across and up; of no meaning where there is none.
+    offsets_rad: [[f64; 2]; SECTORS],
+    /// The nearest of all, in the same form as those of the sectors.
     pub(crate) nearest: Option<(usize, f64)>,
 }
 
 impl RayNeighbours {
-    /// Whether the direction lies among the rays, not beyond an edge of them.
-    pub(crate) fn are_all_around(&self) -> bool {
-        let is_empty = |sector: usize| self.sectors[sector % SECTORS].is_none();
-        !(0..SECTORS).any(|first| (first..first + EDGE_SECTORS).all(is_empty))
+    /// Whether the direction lies among the rays or on their edge, not beyond it: no more than half a turn is empty, but for a
+    /// small part of the row spacing.
+    pub(crate) fn are_all_around(&self, spacing_rad: f64) -> bool {
+        let filled = |sector: usize| self.sectors[sector % SECTORS].is_some();
+        (0..SECTORS).filter(|s| filled(*s)).all(|sector| {
+            let apart = (1..=SECTORS)
+                .find(|n| filled(sector + n))
+                .unwrap_or(SECTORS);
+            match apart.cmp(&(SECTORS / 2)) {
+                Ordering::Less => true,
+                Ordering::Greater => false,
+                Ordering::Equal => {
+                    let [x, y] = self.offsets_rad[sector];
+                    let [next_x, next_y] = self.offsets_rad[(sector + apart) % SECTORS];
+                    // The distance beyond the line from the one to the other.
+                    let beyond = y * next_x - x * next_y;
+                    beyond <= ON_EDGE_SPACINGS * spacing_rad * (next_x - x).hypot(next_y - y)
+                }
+            }
+        }) && self.nearest.is_some()
     }
 }
 
@@ -118,9 +137,10 @@ impl RayIndex {
             return near;
         }
         let mut wide = self.neighbours_within(d, 2.0 * NEIGHBOUR_SPACINGS * self.spacing_rad);
-        for (slot, found) in wide.sectors.iter_mut().zip(near.sectors) {
+        for (sector, found) in near.sectors.into_iter().enumerate() {
             if found.is_some() {
-                *slot = found;
+                wide.sectors[sector] = found;
+                wide.offsets_rad[sector] = near.offsets_rad[sector];
             }
         }
         wide
@@ -153,9 +173,14 @@ impl RayIndex {
     fn neighbours_within(&self, d: &Vector3<f64>, radius: f64) -> RayNeighbours {
         let (across, up) = tangents(d);
         let mut sectors = [None; SECTORS];
+        let mut offsets_rad = [[0.0; 2]; SECTORS];
         self.index.for_each_within(d, radius, |i, off| {
-            let slot = &mut sectors[sector_of(off.dot(&across), off.dot(&up))];
-            keep_nearer(slot, i, off.norm_squared());
+            let [x, y] = [off.dot(&across), off.dot(&up)];
+            let sector = sector_of(x, y);
+            keep_nearer(&mut sectors[sector], i, off.norm_squared());
+            if sectors[sector].is_some_and(|(kept, _)| kept == i) {
+                offsets_rad[sector] = [x, y];
+            }
         });
         let mut nearest = None;
         for (i, d2) in sectors.iter().flatten() {
@@ -164,6 +189,7 @@ impl RayIndex {
         let angle = |found: Option<(usize, f64)>| found.map(|(i, d2): (usize, f64)| (i, d2.sqrt()));
         RayNeighbours {
             sectors: sectors.map(angle),
+            offsets_rad,
             nearest: angle(nearest),
         }
     }
@@ -213,7 +239,7 @@ mod tests {
         let rays = RayIndex::new(RaySet::from_view(&rings()));
         let between = Vector3::new(1.0, 0.0, 1.0_f64.to_radians().tan()).normalize();
         let found = rays.neighbours(&between);
-        assert!(found.are_all_around(), "{found:?}");
+        assert!(found.are_all_around(rays.spacing_rad), "{found:?}");
         let above = Vector3::new(1.0, 0.0, 1.0).normalize();
         assert!(rays.neighbours(&above).nearest.is_none());
         assert!(!rays.surrounds(&above));
@@ -234,7 +260,7 @@ mod tests {
             }
             let view = View::from_points(points, Point3::origin());
             let rays = RayIndex::new(RaySet::from_view(&view));
-            for (spacings, along) in [0.02, 0.1, 0.3, 0.5, 1.0, -1.0, -1.5, -2.3]
+            for (spacings, along) in [0.2, 0.3, 0.5, 0.8, 1.0, -0.02, -0.4, -1.0, -1.5, -2.3]
                 .into_iter()
                 .flat_map(|s| [0.0, 0.13, 0.5, 0.77].map(|along| (s, along)))
             {
@@ -243,7 +269,11 @@ mod tests {
                 let around = rays.neighbours(&Vector3::new(1.0, y, z).normalize());
                 let at = format!("{spacings} beyond, {along} along, turned by {turn:.2}");
                 assert!(around.nearest.is_some(), "{at}");
-                assert_eq!(around.are_all_around(), spacings < 0.0, "{at}: {around:?}");
+                assert_eq!(
+                    around.are_all_around(rays.spacing_rad),
+                    spacings < 0.0,
+                    "{at}: {around:?}"
+                );
             }
         }
     }

@@ -206,7 +206,8 @@ fn cell_visibility(
             }
             let around = rays.neighbours(&direction);
             // Beams on all sides; else a hole well within the bounds.
-            (around.nearest.is_some_and(|(_, angle)| angle <= hole_rad) && around.are_all_around())
+            (around.nearest.is_some_and(|(_, angle)| angle <= hole_rad)
+                && around.are_all_around(rays.spacing_rad))
                 || rays.field_of_view.contains(&direction, margin_rad)
         });
         if !in_field {

@@ -84,7 +84,7 @@ impl VisibilityTest<'_> {
         let Some((nearest, _)) = around.nearest.filter(|n| n.1 <= hole_rad) else {
             return self.evaluate_without_ray(&p, &d, range_m, noise_m, own);
         };
-        if !around.are_all_around() && !self.is_inside_field(&d, range_m) {
+        if !around.are_all_around(rays.spacing_rad) && !self.is_inside_field(&d, range_m) {
             return Evidence::none(Visibility::OutOfView);
         }
         let uncertainty = self.uncertainty(own, noise_m);
