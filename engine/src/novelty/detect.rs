@@ -1,5 +1,6 @@
 //! Compares a view with a reference, step by step (`docs/novelty.md section 1`).
 
+use super::absorbing::{AbsorbingThing, absorbing_things};
 use super::algorithm1::segment_changes;
 use super::alone::{compare_alone, segments_of_pi};
 use super::common_surface::VisibleSurface;
@@ -63,6 +64,8 @@ pub struct Detection {
     pub overlap: [f64; 2],
     /// How much of the reference this visit could judge.
     pub coverage: Coverage,
+    /// What gave nothing back where the reference saw surfaces.
+    pub absorbing: Vec<AbsorbingThing>,
     /// Gamma and Theta as they entered Eq. 6, in the reference's frame.
     pub compared: ComparedMixtures,
     /// The current view made ready, in its own frame.
@@ -105,6 +108,15 @@ pub fn detect(
         let (own, observer) = (pair.views[side], &observers[side]);
         hide_cut_surfaces(own, &mut evidence[side], observer, settings);
     }
+    let absorbing = match pair.registration.converged {
+        true => absorbing_things(
+            pair.views[0],
+            &evidence[0],
+            &observers[0],
+            &settings.evidence,
+        ),
+        false => Vec::new(),
+    };
     let visibilities = evidence.each_ref().map(|e| visibilities(e));
     let mut segments = match settings.model {
         RevisitModel::Refit => [0, 1].map(|side| {
@@ -188,6 +200,7 @@ pub fn detect(
             coverage: &coverage,
             u_th: settings.u_th(),
             novelties: novelties.len(),
+            absorbing: &absorbing,
         },
         &settings.verdict,
     );
@@ -206,6 +219,7 @@ pub fn detect(
         noise: [reference_view.noise, current_view.noise],
         overlap: change.overlap,
         coverage,
+        absorbing,
         registration,
         compared,
         removals: found.removals.into_iter().zip(found.d_after).collect(),

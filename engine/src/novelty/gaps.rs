@@ -8,6 +8,26 @@ use super::constants::{LOOKED_AT_SPACINGS, ON_PLANE_SIGMAS, STRAY_SHARE};
 use super::{Evidence, NoveltySettings, ObserverView, PreparedView, Visibility};
 use crate::geometry::SurfacePatch;
 use nalgebra::Point3;
+use std::ops::RangeInclusive;
+
+/// Points of one view that the other lost: they deviate, no beam went through them, and they are neighbours by direction.
+#[derive(Debug)]
+struct LostSet {
+    points: Vec<usize>,
+    /// Pairs of neighbours across its edge where the surface goes on.
+    goes_on: usize,
+    /// Pairs of neighbours across its edge where it ends.
+    ends: usize,
+    /// It lies nearer or farther than anything that the observer got a return from.
+    is_beyond_returns: bool,
+}
+
+impl LostSet {
+    /// Whether it is a part of a surface that the observer lost, and no thing that is gone.
+    fn is_cut(&self) -> bool {
+        self.goes_on > self.ends || self.is_beyond_returns
+    }
+}
 
 /// Takes back what `evidence` says about the points of `own` that no beam of the view `observer` went through and that are only a
 /// part of a surface: they are out of its view.
@@ -17,80 +37,116 @@ pub(super) fn hide_cut_surfaces(
     observer: &ObserverView<'_>,
     settings: &NoveltySettings,
 ) {
-    let deviates = |e: &Evidence| e.z.max(e.z_loose) >= settings.segment.grow_sigmas;
-    let goes_on = |a: usize, b: usize| goes_on(own, a, b, settings.evidence.grazing_cos);
-    let seen_m = returned_ranges_m(observer.view);
-    let is_lost: Vec<bool> = evidence
-        .iter()
-        .enumerate()
-        .map(|(i, e)| deviates(e) && !is_looked_at(own, i, observer))
-        .collect();
-    // Number of the set of lost points that belong together, by their directions.
-    let mut set_of = vec![NO_SET; evidence.len()];
-    let mut edges: Vec<Edge> = Vec::new();
-    for first in 0..evidence.len() {
-        if !is_lost[first] || set_of[first] != NO_SET {
-            continue;
+    let sets = LostPoints::new(own, evidence, observer, settings).sets();
+    for i in sets.iter().filter(|s| s.is_cut()).flat_map(|s| &s.points) {
+        evidence[*i] = Evidence::none(Visibility::OutOfView);
+    }
+}
+
+struct LostPoints<'a> {
+    own: &'a PreparedView,
+    evidence: &'a [Evidence],
+    observer: &'a ObserverView<'a>,
+    settings: &'a NoveltySettings,
+    is_lost: Vec<bool>,
+}
+
+impl<'a> LostPoints<'a> {
+    fn new(
+        own: &'a PreparedView,
+        evidence: &'a [Evidence],
+        observer: &'a ObserverView<'a>,
+        settings: &'a NoveltySettings,
+    ) -> Self {
+        let mut lost = Self {
+            own,
+            evidence,
+            observer,
+            settings,
+            is_lost: Vec::new(),
+        };
+        lost.is_lost = evidence
+            .iter()
+            .enumerate()
+            .map(|(i, e)| lost.deviates(e) && !is_looked_at(own, i, observer))
+            .collect();
+        lost
+    }
+
+    fn deviates(&self, e: &Evidence) -> bool {
+        e.z.max(e.z_loose) >= self.settings.segment.grow_sigmas
+    }
+
+    fn sets(&self) -> Vec<LostSet> {
+        let seen_m = returned_ranges_m(self.observer.view);
+        let mut is_taken = vec![false; self.is_lost.len()];
+        let mut sets = Vec::new();
+        for first in 0..self.is_lost.len() {
+            if self.is_lost[first] && !is_taken[first] {
+                sets.push(self.set_of(first, &mut is_taken, &seen_m));
+            }
         }
-        let mut edge = Edge::default();
-        let (mut sum_m, mut count) = (0.0, 0.0);
-        let mut reached = vec![first];
-        set_of[first] = edges.len();
-        while let Some(i) = reached.pop() {
-            let p = observer.observer_from_own.apply(&own.view.points[i]);
-            sum_m += (p - observer.view.rays.origin()).norm();
-            count += 1.0;
-            for neighbour in neighbours(own, i) {
-                match evidence.get(neighbour) {
-                    // Nothing beside it: the thing ended here.
-                    None => edge.ends += 1,
-                    Some(e) if !deviates(e) => match goes_on(i, neighbour) {
-                        Some(true) => edge.goes_on += 1,
-                        Some(false) if is_looked_at(own, neighbour, observer) => edge.ends += 1,
-                        _ => {}
-                    },
-                    Some(_) if is_lost[neighbour] => {
-                        if set_of[neighbour] == NO_SET {
-                            set_of[neighbour] = edges.len();
-                            reached.push(neighbour);
-                        }
+        sets
+    }
+
+    /// The set of point `first`; its points are marked as taken.
+    fn set_of(&self, first: usize, is_taken: &mut [bool], seen_m: &RangeInclusive<f64>) -> LostSet {
+        let mut set = LostSet {
+            points: vec![first],
+            goes_on: 0,
+            ends: 0,
+            is_beyond_returns: false,
+        };
+        is_taken[first] = true;
+        let mut sum_m = 0.0;
+        let mut visited = 0;
+        while let Some(i) = set.points.get(visited).copied() {
+            visited += 1;
+            let p = self
+                .observer
+                .observer_from_own
+                .apply(&self.own.view.points[i]);
+            sum_m += (p - self.observer.view.rays.origin()).norm();
+            for neighbour in neighbours(self.own, i) {
+                if self.is_lost.get(neighbour) == Some(&true) {
+                    if !is_taken[neighbour] {
+                        is_taken[neighbour] = true;
+                        set.points.push(neighbour);
                     }
-                    // Looked through: this part of the surface is gone, and so is the rest of it.
-                    Some(_) if goes_on(i, neighbour) == Some(true) => edge.ends += 1,
-                    Some(_) => {}
+                } else {
+                    match self.ends_between(i, neighbour) {
+                        Some(true) => set.ends += 1,
+                        Some(false) => set.goes_on += 1,
+                        None => {}
+                    }
                 }
             }
         }
-        edge.is_beyond_returns = !seen_m.contains(&(sum_m / count));
-        edges.push(edge);
+        set.is_beyond_returns = !seen_m.contains(&(sum_m / set.points.len() as f64));
+        set
     }
-    for (set, evidence) in set_of.into_iter().zip(evidence) {
-        if edges.get(set).is_some_and(Edge::is_cut) {
-            *evidence = Evidence::none(Visibility::OutOfView);
+
+    /// Whether the thing ends between the lost point `i` and its neighbour outside the set, or goes on; `None`: not known.
+    fn ends_between(&self, i: usize, neighbour: usize) -> Option<bool> {
+        let Some(beside) = self.evidence.get(neighbour) else {
+            // Nothing came back beside it.
+            return Some(true);
+        };
+        let goes_on = goes_on(self.own, i, neighbour, self.settings.evidence.grazing_cos);
+        if self.deviates(beside) {
+            // Looked through: this part of the surface is gone, and so is the rest of it.
+            return (goes_on == Some(true)).then_some(true);
         }
-    }
-}
-
-const NO_SET: usize = usize::MAX;
-
-/// The pairs of neighbours across the edge of a set, by whether the surface goes on.
-#[derive(Default)]
-struct Edge {
-    goes_on: usize,
-    ends: usize,
-    /// The set lies nearer or farther than anything that the observer got a return from.
-    is_beyond_returns: bool,
-}
-
-impl Edge {
-    /// Whether the set is a part that the observer lost, and no thing that is gone.
-    fn is_cut(&self) -> bool {
-        self.goes_on > self.ends || self.is_beyond_returns
+        match goes_on {
+            Some(true) => Some(false),
+            Some(false) if is_looked_at(self.own, neighbour, self.observer) => Some(true),
+            _ => None,
+        }
     }
 }
 
 /// The ranges between which a view has all returns but strays, metres.
-fn returned_ranges_m(view: &PreparedView) -> std::ops::RangeInclusive<f64> {
+pub(super) fn returned_ranges_m(view: &PreparedView) -> RangeInclusive<f64> {
     let mut ranges_m: Vec<f64> = view
         .view
         .points

@@ -1,5 +1,6 @@
 //! Finds what appeared and disappeared between two views (`docs/novelty.md`; paper section III.C, Algorithm 1).
 
+mod absorbing;
 mod accepted;
 mod algorithm1;
 mod alone;
@@ -40,6 +41,7 @@ mod verdict;
 mod view_pair;
 mod visibility;
 
+pub use absorbing::AbsorbingThing;
 pub use accepted::accept_novelties;
 pub use algorithm1::{ChangeSegmentation, Removal, RemovalExtent, segment_changes};
 pub use compared_mixtures::{ComparedComponent, ComparedFlow, ComparedMixtures};

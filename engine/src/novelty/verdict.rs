@@ -1,7 +1,7 @@
 //! The verdict and its reason (`docs/novelty.md section 9`).
 
 use super::quantified_change::QuantifiedChange;
-use super::{Coverage, Verdict, VerdictSettings};
+use super::{AbsorbingThing, Coverage, Verdict, VerdictSettings};
 use crate::geometry::Registration;
 
 /// What the verdict depends on.
@@ -15,6 +15,7 @@ pub(super) struct Findings<'a> {
     pub u_th: f64,
     /// Number of listed novelties.
     pub novelties: usize,
+    pub absorbing: &'a [AbsorbingThing],
 }
 
 /// The verdict with its reason.
@@ -31,6 +32,7 @@ pub(super) fn verdict(findings: &Findings<'_>, settings: &VerdictSettings) -> (V
     // What is proved is changed however little was seen.
     if !(d >= u_th && count > 0)
         && let Some(reason) = coverage_reason(findings.coverage, settings.min_coverage)
+            .or_else(|| absorbing_reason(findings.absorbing))
     {
         return (Verdict::NotObserved, reason);
     }
@@ -67,6 +69,20 @@ fn coverage_reason(coverage: &Coverage, least: f64) -> Option<String> {
         "only {:.0} % of the solid angle and {:.0} % of the surface of the reference could be judged{missing}",
         100.0 * coverage.solid_angle,
         100.0 * coverage.surface
+    ))
+}
+
+/// What may stand where nothing came back, if anything.
+fn absorbing_reason(things: &[AbsorbingThing]) -> Option<String> {
+    let largest = things.iter().max_by_key(|thing| thing.beams)?;
+    let [right, left] = largest.bearings_rad.map(f64::to_degrees);
+    let more = match things.len() {
+        1 => String::new(),
+        count => format!(", and {} more", count - 1),
+    };
+    Some(format!(
+        "something gives nothing back at bearings {right:.0} to {left:.0} deg, nearer than {:.1} m ({} beams){more}",
+        largest.far_m, largest.beams
     ))
 }
 
@@ -118,7 +134,7 @@ mod tests {
     use super::{Findings, verdict};
     use crate::geometry::Registration;
     use crate::novelty::quantified_change::QuantifiedChange;
-    use crate::novelty::{Coverage, Verdict, VerdictSettings};
+    use crate::novelty::{AbsorbingThing, Coverage, Verdict, VerdictSettings};
 
     fn change() -> QuantifiedChange {
         QuantifiedChange {
@@ -151,6 +167,7 @@ mod tests {
             coverage: &coverage(0.9, 0.9),
             u_th: 5e-4,
             novelties: 0,
+            absorbing: &[],
         };
         verdict(&findings, &VerdictSettings::default())
     }
@@ -168,6 +185,7 @@ mod tests {
             coverage: &coverage(surface, solid_angle),
             u_th: 5e-4,
             novelties,
+            absorbing: &[],
         };
         verdict(&findings, &VerdictSettings::default())
     }
@@ -264,6 +282,39 @@ mod tests {
             reason,
             "only 60 % of the solid angle and 50 % of the surface of the reference could be judged: 5 % hidden"
         );
+    }
+
+    #[test]
+    fn what_gives_nothing_back_is_not_quiet_and_hides_no_change() {
+        let thing = |right_deg: f64, beams| AbsorbingThing {
+            bearings_rad: [right_deg, right_deg + 12.0].map(f64::to_radians),
+            elevations_rad: [-0.2, 0.3],
+            far_m: 2.04,
+            beams,
+        };
+        let of = |things: &[AbsorbingThing], d, novelties| {
+            let findings = Findings {
+                registration: &Registration::identity(),
+                disagreement: 1.0,
+                change: &QuantifiedChange { d, ..change() },
+                coverage: &coverage(0.9, 0.9),
+                u_th: 5e-4,
+                novelties,
+                absorbing: things,
+            };
+            verdict(&findings, &VerdictSettings::default())
+        };
+        let (black, coat) = (thing(-31.0, 1478), thing(40.0, 300));
+        let (verdict, reason) = of(&[coat, black], 1e-5, 0);
+        assert_eq!(verdict, Verdict::NotObserved);
+        assert_eq!(
+            reason,
+            "something gives nothing back at bearings -31 to -19 deg, nearer than 2.0 m (1478 beams), and 1 more"
+        );
+        let (_, reason) = of(&[coat], 1e-4, 1);
+        assert!(reason.ends_with("(300 beams)"), "{reason}");
+        assert_eq!(of(&[black], 5e-4, 1).0, Verdict::Changed);
+        assert_eq!(of(&[], 1e-5, 0).0, Verdict::Quiet);
     }
 
     #[test]
