@@ -7,7 +7,7 @@ use crate::service::replies::{
     AcceptReply, AckReply, ErrorReply, ReloadReply, StatusReply, SweepInfo, TeachReply,
     WorkProgress,
 };
-use crate::store::BackupResult;
+use crate::store::{BackupResult, access_remedy};
 use http_body_util::{BodyExt as _, Full};
 use hyper::body::Bytes;
 use hyper::header::{CONTENT_TYPE, HOST};
@@ -339,7 +339,8 @@ fn connect_error(socket: &Path, error: &std::io::Error) -> ClientError {
             "no service at {at}; start it: systemctl start patrold"
         )),
         ErrorKind::PermissionDenied => ClientError::Failed(format!(
-            "{at}: no permission to command the robot; add this user to the group of the socket (patrold)"
+            "{at}: this user may not command the robot; {}",
+            access_remedy(socket)
         )),
         _ => ClientError::Failed(format!("{at}: {error}")),
     }

@@ -1,10 +1,10 @@
 //! One service per store: a lock on a file, released by the system when the process ends.
 
 use super::error::ServiceError;
-use crate::store::share_with_folder;
+use crate::store::{StoreError, share_with_folder};
 use rustix::fs::OFlags;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Read as _, Seek as _, Write as _};
+use std::io::{self, Read as _, Seek as _, Write as _};
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::Path;
 
@@ -22,9 +22,12 @@ impl StoreLock {
     /// Another process holds it, or the file cannot be used.
     pub fn acquire(dir: &Path) -> Result<Self, ServiceError> {
         let path = dir.join("patrold.lock");
-        let unusable = |source| ServiceError::LockFile {
-            path: path.clone(),
-            source,
+        let unusable = |source: io::Error| match source.kind() {
+            io::ErrorKind::PermissionDenied => StoreError::forbidden(&path).into(),
+            _ => ServiceError::LockFile {
+                path: path.clone(),
+                source,
+            },
         };
         std::fs::create_dir_all(dir).map_err(unusable)?;
         let mut file = OpenOptions::new()

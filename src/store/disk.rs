@@ -8,6 +8,7 @@ use std::path::Path;
 
 pub(super) mod rights;
 
+pub(crate) use rights::access_remedy;
 use rights::share_folder_with_parent;
 pub use rights::share_with_folder;
 

@@ -1,7 +1,7 @@
 //! Errors of the store, each with the file and what to do.
 
 use super::advice::{database_advice, file_advice};
-use super::disk::rights::{forbidden, remedy};
+use super::disk::rights::{access_remedy, forbidden};
 use patrold_engine::blob::BlobError;
 use rusqlite::ErrorCode;
 use std::io;
@@ -27,7 +27,7 @@ pub enum StoreError {
         free_bytes: u64,
     },
     /// There is no database yet.
-    #[error("{}: no database here; start `patrold run` once, or set store.dir", path.display())]
+    #[error("{}: no database here; start the service, which makes it (systemctl start patrold), or set store.dir", path.display())]
     NoDatabase {
         /// Where it was expected.
         path: PathBuf,
@@ -81,7 +81,7 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// The database was written by an older program, and a reader must not change it.
-    #[error("{}: written by an older patrold; start `patrold run` once to migrate it", path.display())]
+    #[error("{}: written by an older patrold; start the service, which migrates it (systemctl start patrold)", path.display())]
     Older {
         /// The database.
         path: PathBuf,
@@ -264,10 +264,11 @@ impl StoreError {
         }
     }
 
-    pub(super) fn forbidden(path: &Path) -> Self {
+    /// This user may not use the file or folder at `path`.
+    pub(crate) fn forbidden(path: &Path) -> Self {
         Self::Forbidden {
             path: path.to_owned(),
-            remedy: remedy(path),
+            remedy: access_remedy(path),
         }
     }
 

@@ -90,8 +90,8 @@ pub(in crate::store) fn forbidden(path: &Path) -> Option<PathBuf> {
     is_refused(folder, all).then(|| folder.to_owned())
 }
 
-/// What a user does who may not use the file or folder.
-pub(in crate::store) fn remedy(path: &Path) -> String {
+/// What a user does who may not use the file, folder or socket.
+pub(crate) fn access_remedy(path: &Path) -> String {
     let found = path.ancestors().find_map(|at| fs::metadata(at).ok());
     let Some(gid) = found.map(|file| file.gid()) else {
         return "run this as its owner".to_owned();
