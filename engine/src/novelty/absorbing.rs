@@ -64,7 +64,7 @@ pub(super) fn absorbing_things(
     for p in &visit.view.view.points {
         grid.beams_at(&(p - rays.origin())).is_seen = true;
     }
-    let reach_m = returned_ranges_m(visit.view);
+    let returned_m = returned_ranges_m(visit.view);
     let sensor = visit.observer_from_own.pose.inverse() * rays.origin();
     for (i, (p, evidence)) in reference.view.points.iter().zip(evidence).enumerate() {
         let seen = visit.observer_from_own.apply(p) - rays.origin();
@@ -72,7 +72,7 @@ pub(super) fn absorbing_things(
         let margin_rad =
             settings.field_margin_spacings * rays.spacing_rad + settings.origin_error_m / range_m;
         let is_asked = evidence.visibility != Visibility::OutOfRange
-            && reach_m.contains(&range_m)
+            && returned_m.contains(&range_m)
             && rays.field_of_view.contains(&(seen / range_m), margin_rad)
             // Met so flatly, a surface may give nothing back by itself.
             && !is_grazed(reference, i, &(sensor - p), settings.grazing_cos);
@@ -85,10 +85,11 @@ pub(super) fn absorbing_things(
     let mut lost = grid.bounded_runs();
     grid.fill_columns(&mut lost);
     let groups = grid.connected(lost);
-    groups
+    let surely_m = visit.view.free_m(settings);
+    let things = groups
         .iter()
-        .filter_map(|group| grid.thing(group))
-        .collect()
+        .filter_map(|group| grid.thing(group, surely_m));
+    things.collect()
 }
 
 /// Whether point `i` lies on a flat surface that a beam along `towards` meets at grazing incidence.
@@ -229,8 +230,9 @@ impl DirectionGrid {
         groups
     }
 
-    /// The thing that stands in a group of cells; none where it is too small, or goes on above and below.
-    fn thing(&self, group: &[Cell]) -> Option<AbsorbingThing> {
+    /// The thing that stands in a group of cells; none where it is too small, or goes on above and below. Beyond `surely_m`
+    /// surfaces come and go: what vanished there alone is none.
+    fn thing(&self, group: &[Cell], surely_m: f64) -> Option<AbsorbingThing> {
         let (first, _) = *group.first()?;
         // Lowest and highest row by column; columns count from the first cell, so that none jumps by a turn.
         let mut columns: BTreeMap<i64, [i64; 2]> = BTreeMap::new();
@@ -243,7 +245,9 @@ impl DirectionGrid {
         let low = columns.values().map(|[low, _]| *low).min()?;
         let high = columns.values().map(|[_, high]| *high).max()?;
         let width = columns.len();
-        let is_large = group.len() as f64 * self.cell_sr() >= ABSORBING_MIN_SR
+        let is_sure = |cell: &&Cell| f64::from(self.beams(**cell).nearest_m) <= surely_m;
+        let sure = group.iter().filter(is_sure).count();
+        let is_large = sure as f64 * self.cell_sr() >= ABSORBING_MIN_SR
             && width >= ABSORBING_MIN_CELLS
             && high - low + 1 >= ABSORBING_MIN_CELLS as i64;
         let ends_at = |beyond: &dyn Fn(&[i64; 2]) -> Range<i64>| {
