@@ -8,9 +8,8 @@ use std::path::Path;
 
 pub(super) mod rights;
 
-pub(crate) use rights::access_remedy;
 use rights::share_folder_with_parent;
-pub use rights::share_with_folder;
+pub use rights::{access_remedy, share_with_folder};
 
 /// The disk under a store. One step each, so that every one of them can fail by itself.
 pub trait Disk: Debug + Send + Sync {

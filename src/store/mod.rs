@@ -41,8 +41,7 @@ pub use alarms::{
 pub use backup::BackupResult;
 pub use check::{JournalCheck, MissingEvidence, StoreCheck, UnnamedFile};
 pub use connection::{RecordTime, Store};
-pub(crate) use disk::access_remedy;
-pub use disk::{Disk, DiskFile, SystemDisk, TransactionStep, share_with_folder};
+pub use disk::{Disk, DiskFile, SystemDisk, TransactionStep, access_remedy, share_with_folder};
 pub use error::StoreError;
 pub use events::{EventFilter, EventRow};
 pub use journal::compaction::{CompactedJournal, CompactionLimits};

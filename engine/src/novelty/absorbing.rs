@@ -8,7 +8,7 @@ use super::constants::{
     ABSORBING_CELL_SPACINGS, ABSORBING_EDGE_SHARE, ABSORBING_MIN_CELLS, ABSORBING_MIN_SR,
 };
 use super::gaps::returned_ranges_m;
-use super::{Evidence, EvidenceSettings, ObserverView, PreparedView, Visibility};
+use super::{AbsorbingThing, Evidence, EvidenceSettings, ObserverView, PreparedView, Visibility};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{PI, TAU};
@@ -16,19 +16,6 @@ use std::ops::Range;
 
 /// Most columns of the grid: a thing of the least solid angle is still twenty wide. Bounds time and memory.
 const MAX_COLUMNS: f64 = 1800.0;
-
-/// Something that gave nothing back, as the visit saw it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AbsorbingThing {
-    /// Its right and its left end, radians, anticlockwise from the visit's x axis; the second may exceed pi.
-    pub bearings_rad: [f64; 2],
-    /// Its lower and its upper end, radians.
-    pub elevations_rad: [f64; 2],
-    /// It is nearer than this, metres: the nearest surface that vanished behind it.
-    pub far_m: f64,
-    /// Beams of the reference that came back there.
-    pub beams: usize,
-}
 
 /// Column and row in [`DirectionGrid`].
 type Cell = (i64, i64);

@@ -1,6 +1,6 @@
 //! Compares a view with a reference, step by step (`docs/novelty.md section 1`).
 
-use super::absorbing::{AbsorbingThing, absorbing_things};
+use super::absorbing::absorbing_things;
 use super::algorithm1::segment_changes;
 use super::alone::{compare_alone, segments_of_pi};
 use super::common_surface::VisibleSurface;
@@ -8,6 +8,7 @@ use super::coverage::Coverage;
 use super::gaps::hide_cut_surfaces;
 use super::listing::list_novelties;
 use super::mixture_evidence::evidence_from_mixture;
+use super::model::SegmentId;
 use super::quantified_change::{NoveltyShare, QuantifiedChange};
 use super::reference_mixture::fit_view;
 use super::segment::segment;
@@ -15,8 +16,8 @@ use super::theta::fit_theta;
 use super::verdict::{Findings, verdict};
 use super::view_pair::ViewPair;
 use super::{
-    ComparedMixtures, Evidence, EvidenceSource, Novelty, NoveltyError, NoveltySettings,
-    PreparedView, Reference, Removal, RevisitModel, Segment, SegmentId, Verdict, Visibility,
+    AbsorbingThing, ComparedMixtures, Evidence, EvidenceSource, Novelty, NoveltyError,
+    NoveltySettings, PreparedView, Reference, Removal, RevisitModel, Segment, Verdict, Visibility,
 };
 use crate::geometry::{NoiseLaw, Registration, View};
 

@@ -41,7 +41,6 @@ mod verdict;
 mod view_pair;
 mod visibility;
 
-pub use absorbing::AbsorbingThing;
 pub use accepted::accept_novelties;
 pub use algorithm1::{ChangeSegmentation, Removal, RemovalExtent, segment_changes};
 pub use compared_mixtures::{ComparedComponent, ComparedFlow, ComparedMixtures};
@@ -49,8 +48,7 @@ pub use coverage::Coverage;
 pub use detect::{Detection, DetectionStage, detect};
 pub use error::NoveltyError;
 pub use evidence::{Evidence, Visibility};
-use model::SegmentId;
-pub use model::{Novelty, NoveltyKind, Segment, Surroundings, Verdict};
+pub use model::{AbsorbingThing, Novelty, NoveltyKind, Segment, Surroundings, Verdict};
 use observer::ObserverView;
 pub use places::{PlaceView, WatchedPlace, observe_places};
 pub use prepared::PreparedView;

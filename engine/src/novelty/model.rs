@@ -133,3 +133,16 @@ impl Surroundings {
         self
     }
 }
+
+/// Something that gave nothing back, as the visit saw it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AbsorbingThing {
+    /// Its right and its left end, radians, anticlockwise from the visit's x axis; the second may exceed pi.
+    pub bearings_rad: [f64; 2],
+    /// Its lower and its upper end, radians.
+    pub elevations_rad: [f64; 2],
+    /// It is nearer than this, metres: the nearest surface that vanished behind it.
+    pub far_m: f64,
+    /// Beams of the reference that came back there.
+    pub beams: usize,
+}

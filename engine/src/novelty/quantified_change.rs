@@ -1,7 +1,7 @@
 //! d_GMM with its parts.
 
-use super::SegmentId;
 use super::algorithm1::ChangeSegmentation;
+use super::model::SegmentId;
 
 /// A novelty's share of d_GMM.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -8,10 +8,11 @@
 use super::common_surface::{VisibleSurface, WeightedCells, shared_areas};
 use super::compared_mixtures::ComparedMixtures;
 use super::compared_view::ComparedView;
+use super::model::SegmentId;
 use super::prediction::most_likely_components;
 use super::sampling::WeightEvidence;
 use super::split_component::split_component;
-use super::{NoveltyError, PreparedView, QuantifySettings, Reference, SegmentId};
+use super::{NoveltyError, PreparedView, QuantifySettings, Reference};
 use crate::mixture::linalg::Eigen;
 use crate::mixture::{Gaussian, Mixture, split_until_flat};
 use nalgebra::{Matrix3, Point3, Vector3};

@@ -91,7 +91,7 @@ pub(in crate::store) fn forbidden(path: &Path) -> Option<PathBuf> {
 }
 
 /// What a user does who may not use the file, folder or socket.
-pub(crate) fn access_remedy(path: &Path) -> String {
+pub fn access_remedy(path: &Path) -> String {
     let found = path.ancestors().find_map(|at| fs::metadata(at).ok());
     let Some(gid) = found.map(|file| file.gid()) else {
         return "run this as its owner".to_owned();
