@@ -525,7 +525,10 @@ mod tests {
         db.pragma_update(None, "user_version", 0).expect("set");
         let reading = Store::open_for_reading(dir.path()).expect_err("older");
         assert!(matches!(reading, StoreError::Older { .. }), "{reading}");
-        assert!(reading.to_string().contains("patrold run"), "{reading}");
+        assert!(
+            reading.to_string().contains("systemctl start patrold"),
+            "{reading}"
+        );
     }
 
     #[test]
