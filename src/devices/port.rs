@@ -247,7 +247,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
             return ServeEnd::Stopped;
         }
         let mut buffer = [0; 4096];
-        // Emulated devices stand still while this thread is held up.
+        // A paced clock stops while this thread is late.
         let pacer = self.clock.pacer();
         loop {
             pacer.mark();

@@ -81,8 +81,8 @@ impl Clock {
         Self::from_state(ClockState::new(Instant::now(), scale, false))
     }
 
-    /// As [`scaled`](Self::scaled), but it stands still while a [`Pacer`] is held up: devices that are emulated on a loaded machine
-    /// fall behind without their host seeing it.
+    /// As [`scaled`](Self::scaled), but it stops while a [`Pacer`] is late, so that a loaded machine delays emulated devices and their
+    /// host alike.
     pub fn paced(scale: f64) -> Self {
         Self::from_state(ClockState::new(Instant::now(), scale, true))
     }

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// Shared by both ports and the station. Clones share the recording. It reaches each driver behind the commands that were sent
-/// before, so that none of them is taken for a command of the sweep.
+/// before, so that none of them is recorded as a command of the sweep.
 #[derive(Debug, Clone)]
 pub(crate) struct DialogueTap(Arc<Mutex<TapState>>);
 
