@@ -62,7 +62,7 @@ pub(super) fn absorbing_things(
             && returned_m.contains(&range_m)
             && rays.field_of_view.contains(&(seen / range_m), margin_rad)
             // Met so flatly, a surface may give nothing back by itself.
-            && !is_grazed(reference, i, &(sensor - p), settings.grazing_cos);
+            && !reference.is_grazed(i, &sensor, settings.grazing_cos);
         if is_asked {
             let beams = grid.beams_at(&seen);
             beams.reference += 1;
@@ -77,18 +77,6 @@ pub(super) fn absorbing_things(
         .iter()
         .filter_map(|group| grid.thing(group, surely_m));
     things.collect()
-}
-
-/// Whether point `i` lies on a flat surface that a beam along `towards` meets at grazing incidence.
-fn is_grazed(view: &PreparedView, i: usize, towards: &Vector3<f64>, grazing_cos: f64) -> bool {
-    let patch = view
-        .surfaces
-        .patch_of_point
-        .get(i)
-        .and_then(|cell| view.surfaces.patches.get(*cell as usize));
-    patch.is_some_and(|patch| {
-        patch.flat && patch.normal.dot(towards).abs() < grazing_cos * towards.norm()
-    })
 }
 
 /// Directions from the visit's sensor in cells of one solid angle: columns of bearing, rows of the sine of elevation.

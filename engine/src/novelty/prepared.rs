@@ -4,6 +4,7 @@ use super::plausible_view::check_plausible;
 use super::{EvidenceSettings, NoveltyError, noise};
 use crate::geometry::{NoiseLaw, RayIndex, RaySet, SurfacePatch, Surfaces, View};
 use crate::mixture::SplitSettings;
+use nalgebra::Point3;
 
 const MIN_POINTS: usize = 20;
 
@@ -93,6 +94,17 @@ impl PreparedView {
     /// Whether nothing came back along `ray`, and not because the reference's mixture denies what did.
     pub(super) fn is_without_return(&self, ray: usize) -> bool {
         self.rays.range_m(ray).is_infinite() && ray < self.first_denied_ray
+    }
+
+    /// Whether a beam from `sensor`, in its own frame, meets the flat surface of point `i` at grazing incidence.
+    pub(super) fn is_grazed(&self, i: usize, sensor: &Point3<f64>, grazing_cos: f64) -> bool {
+        let surfaces = &self.surfaces;
+        let cell = surfaces.patch_of_point.get(i);
+        let patch = cell.and_then(|cell| surfaces.patches.get(*cell as usize));
+        patch.filter(|patch| patch.flat).is_some_and(|patch| {
+            let towards = sensor - self.view.points[i];
+            patch.normal.dot(&towards).abs() < grazing_cos * towards.norm()
+        })
     }
 
     /// Range up to which a direction without return proves free space, metres.

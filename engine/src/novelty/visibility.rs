@@ -51,17 +51,9 @@ impl VisibilityTest<'_> {
 
     /// Whether the other view would have met the surface of own point `i` at such a flat angle that there may be no return.
     fn is_grazing(&self, i: usize) -> bool {
-        let surfaces = &self.own.surfaces;
-        let patch = surfaces
-            .patch_of_point
-            .get(i)
-            .and_then(|cell| surfaces.patches.get(*cell as usize))
-            .filter(|patch| patch.flat);
-        patch.is_some_and(|patch| {
-            let other_origin = self.other_from_own.pose.inverse() * self.other.rays.origin();
-            let towards = other_origin - self.own.view.points[i];
-            patch.normal.dot(&towards).abs() < self.settings.grazing_cos * towards.norm()
-        })
+        let other_origin = self.other_from_own.pose.inverse() * self.other.rays.origin();
+        self.own
+            .is_grazed(i, &other_origin, self.settings.grazing_cos)
     }
 
     /// Evidence of a point in the frame of the own view, which need not be one of its points.
