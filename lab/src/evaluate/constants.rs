@@ -85,3 +85,6 @@ pub(crate) const RINGS_HEAD_M: f64 = 0.18;
 /// Points of a reference's view stand for samples of its mixture within this distance, metres: samples on a component of
 /// 1.5 m with 200 beams are about as far apart.
 pub(crate) const SAMPLE_REACH_M: f64 = 0.15;
+
+/// The .95 quantile of chi-square with six degrees of freedom: a pose beyond it is not within the covariance stated for it.
+pub(crate) const POSE_CHI2_95: f64 = 12.592;

@@ -146,6 +146,8 @@ fn pose_error(class: PoseErrorClass, rng: &mut SeededRng) -> Pose {
         PoseErrorClass::None => return Pose::identity(),
         PoseErrorClass::Small => (rng.uniform(0.0, 0.05), rng.uniform(0.0, 2.0)),
         PoseErrorClass::Large => (rng.uniform(0.05, 0.1), rng.uniform(2.0, 5.0)),
+        PoseErrorClass::Wide => (rng.uniform(0.1, 0.2), rng.uniform(5.0, 8.0)),
+        PoseErrorClass::Widest => (rng.uniform(0.2, 0.3), rng.uniform(8.0, 15.0)),
     };
     let direction = rng.uniform(0.0, std::f64::consts::TAU);
     let turn_deg = rng.sign() * turn_deg;

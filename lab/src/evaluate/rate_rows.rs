@@ -1,7 +1,7 @@
 //! Rates of groups of pairs.
 
 use super::changes::ChangeClass;
-use super::constants::MIN_VISIBLE_POINTS;
+use super::constants::{MIN_VISIBLE_POINTS, POSE_CHI2_95};
 use super::places::PlaceKind;
 use super::plan::{PairSet, PoseErrorClass};
 use super::run_engine::EngineInput;
@@ -43,6 +43,8 @@ pub struct RateRow {
     pub shift_error_m: [Option<f64>; 2],
     /// Median and 95th percentile of the registration error, degrees.
     pub turn_error_deg: [Option<f64>; 2],
+    /// Pairs whose pose lies within the covariance that the registration states, at 95 %.
+    pub pose_within: Rate,
     /// Pairs with an unobservable direction in the registration.
     pub unobservable: usize,
     /// Median time from the current view to the verdict, milliseconds; meaningful with one thread only.
@@ -152,6 +154,7 @@ fn row(group: &'static str, of: String, chosen: &[&PairScore]) -> Option<RateRow
         precision: (!listed.is_empty()).then(|| Rate::new(correct, listed.len())),
         shift_error_m: median_and_95(&|s| s.shift_error_m),
         turn_error_deg: median_and_95(&|s| s.turn_error_deg),
+        pose_within: rate(&|s| s.pose_chi2 <= POSE_CHI2_95),
         unobservable: chosen.iter().filter(|s| !s.unobservable.is_empty()).count(),
         verdict_ms: median(chosen.iter().map(|s| s.verdict_ms)),
         stored_bytes: [0, 1].map(|part| {

@@ -6,8 +6,8 @@ use super::point_labels::PointLabel;
 use super::quiet_threshold::QuietThreshold;
 use super::run_engine::EngineInput;
 use crate::timing::Timed;
-use nalgebra::{Point3, Vector3};
-use patrold_engine::geometry::Pose;
+use nalgebra::{Point3, Translation3, Vector3, Vector6};
+use patrold_engine::geometry::{Pose, Registration};
 use patrold_engine::inspect::Engine;
 use patrold_engine::novelty::{Detection, Novelty, NoveltyKind, Verdict};
 
@@ -76,6 +76,8 @@ pub struct PairScore {
     pub shift_error_m: f64,
     /// The same as an angle, degrees.
     pub turn_error_deg: f64,
+    /// Its squared error in units of the covariance that it states, see `POSE_CHI2_95`.
+    pub pose_chi2: f64,
     /// Directions that it calls unobservable.
     pub unobservable: Vec<String>,
     /// Share of the surface that the registration explains.
@@ -199,6 +201,7 @@ pub fn score(
         beyond_points,
         shift_error_m,
         turn_error_deg,
+        pose_chi2: pose_chi2(&pair.current_from_reference, &detection.registration),
         unobservable: detection.registration.unobservable.clone(),
         share: detection.registration.agreement,
         disagreement: detection.disagreement,
@@ -243,6 +246,18 @@ fn registration_error(
         *error -= axis * axis.dot(error);
     }
     (shift.norm(), rotation.norm().to_degrees())
+}
+
+/// Squared error of the pose in units of the stated covariance: chi-square with six degrees of freedom where that is true.
+fn pose_chi2(truth: &Pose, found: &Registration) -> f64 {
+    let back = Translation3::from(-found.reference_origin.coords);
+    let off = back * (found.current_from_reference.inverse() * truth) * back.inverse();
+    let (shift, turn) = (off.translation.vector, off.rotation.scaled_axis());
+    let error = Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z);
+    found
+        .covariance
+        .cholesky()
+        .map_or(f64::INFINITY, |c| error.dot(&c.solve(&error)))
 }
 
 /// The direction in "along (0.99, 0.05, 0.00)", and whether it is an axis of rotation ("about ...").

@@ -9,8 +9,8 @@ use clap::{Args, ValueEnum};
 use patrold_engine::inspect::{Engine, EngineSettings};
 use patrold_lab::evaluate::{
     ChangeClass, EngineInput, KeptReference, ManifestEntry, PairCounts, PairPlan, PairScore,
-    PairSet, PlaceKind, SensorKind, SimulatedPair, dump, plan, quiet_threshold, quiet_visits,
-    run_engine, score,
+    PairSet, PlaceKind, PoseErrorClass, SensorKind, SimulatedPair, dump, plan, quiet_threshold,
+    quiet_visits, run_engine, score,
 };
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -45,6 +45,9 @@ pub(crate) struct EvaluateArgs {
     /// Only pairs with such a sensor (may be repeated)
     #[arg(long, value_name = "NAME", value_parser = sensor)]
     sensor: Vec<SensorKind>,
+    /// How far off the robot stops on each revisit [default: none, small and large in turn]
+    #[arg(long, value_enum)]
+    pose_error: Option<PoseErrorArg>,
     /// Only such pairs
     #[arg(long, value_enum)]
     only: Option<PairGroupArg>,
@@ -111,6 +114,32 @@ enum ThresholdArg {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PoseErrorArg {
+    /// Not at all
+    None,
+    /// Up to 5 cm and 2 deg
+    Small,
+    /// 5-10 cm and 2-5 deg
+    Large,
+    /// 10-20 cm and 5-8 deg
+    Wide,
+    /// 20-30 cm and 8-15 deg
+    Widest,
+}
+
+impl PoseErrorArg {
+    fn class(self) -> PoseErrorClass {
+        match self {
+            Self::None => PoseErrorClass::None,
+            Self::Small => PoseErrorClass::Small,
+            Self::Large => PoseErrorClass::Large,
+            Self::Wide => PoseErrorClass::Wide,
+            Self::Widest => PoseErrorClass::Widest,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum PairGroupArg {
     /// Nothing changed
     Quiet,
@@ -143,6 +172,17 @@ fn pair(text: &str) -> Result<PairPlan, String> {
 
 impl EvaluateArgs {
     fn plan(&self) -> Vec<PairPlan> {
+        let mut plan = self.planned();
+        if let Some(pose_error) = self.pose_error {
+            for pair in &mut plan {
+                pair.pose_error = pose_error.class();
+            }
+        }
+        plan
+    }
+
+    /// The pairs as their names say.
+    fn planned(&self) -> Vec<PairPlan> {
         if !self.pair.is_empty() {
             return self.pair.clone();
         }
@@ -232,6 +272,10 @@ pub(crate) fn run(args: &EvaluateArgs) -> CommandResult {
         pairs: plan.len(),
         reference: args.kept().as_str(),
         quiet_visits: args.quiet_visits(),
+        pose_error: args.pose_error.and_then(|p| {
+            let value = p.to_possible_value()?;
+            Some(value.get_name().to_owned())
+        }),
         seconds,
     };
     let report = EvaluateReport::new(head, &scores);

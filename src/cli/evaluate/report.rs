@@ -27,6 +27,8 @@ pub(super) struct EvaluateHead {
     pub reference: &'static str,
     /// Quiet visits to the place of each pair that its U_th comes from; `None`: U_th is the engine's own.
     pub quiet_visits: Option<u32>,
+    /// The pose error of all pairs; `None`: each pair has that of its plan.
+    pub pose_error: Option<String>,
     /// Duration of the run.
     pub seconds: f64,
 }
@@ -51,6 +53,7 @@ impl EvaluateReport {
             reference,
             quiet_visits,
             seconds,
+            ..
         } = &self.head;
         let u_th = match quiet_visits {
             Some(n) => format!("U_th from {n} quiet visits to the place of each pair"),
@@ -91,12 +94,18 @@ impl EvaluateReport {
     /// One line for each miss.
     pub(super) fn misses(&self) -> String {
         let EvaluateHead {
-            seed, quiet_visits, ..
+            seed,
+            quiet_visits,
+            pose_error,
+            ..
         } = &self.head;
         let u_th = quiet_visits.map_or(String::new(), |n| {
             format!(" --u-th quiet --quiet-visits {n}")
         });
-        let run = format!("--seed {seed}{u_th}");
+        let pose = pose_error
+            .as_ref()
+            .map_or(String::new(), |class| format!(" --pose-error {class}"));
+        let run = format!("--seed {seed}{u_th}{pose}");
         let lines: Vec<String> = self.misses.iter().map(|m| m.line(&run)).collect();
         lines.join("\n")
     }
@@ -116,6 +125,7 @@ fn rate_table(rows: &[RateRow], timed: bool) -> String {
     headings.extend([
         "shift p50/p95 cm",
         "turn p50/p95 deg",
+        "within",
         "unobs.",
         "kB mixture / view",
     ]);
@@ -144,6 +154,7 @@ fn rate_table(rows: &[RateRow], timed: bool) -> String {
         cells.extend([
             pair(row.shift_error_m, 100.0),
             pair(row.turn_error_deg, 1.0),
+            format!("{:.2}", row.pose_within.rate),
             row.unobservable.to_string(),
             row.stored_bytes
                 .map(|b| format!("{:.1}", b / 1e3))
