@@ -138,6 +138,15 @@ pub(super) const POINTS_PER_TASK: usize = 1500;
 /// So many neighbouring points of a surface err together and count as one. Chosen.
 pub(super) const CORRELATED_POINTS: f64 = 10.0;
 
+/// Standard deviations by which one pose explains a view better than another and is surely the better: by chance 1 in 40.
+pub(super) const SURE_LEAD_SIGMAS: f64 = 2.0;
+
+/// Poses that are compared with the best at most, so that the time is bounded.
+pub(super) const MAX_CONTENDERS: usize = 8;
+
+/// Edge of the blocks whose cells err together, metres: planes are fitted over neighbourhoods as wide ([`MAX_PATCH_RADIUS_M`]).
+pub(super) const BLOCK_M: f64 = 1.0;
+
 /// Smallest variance of residuals, square metres: (1 mm)^2. Chosen.
 pub(super) const MIN_NOISE_M2: f64 = 1e-6;
 

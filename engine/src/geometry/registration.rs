@@ -3,13 +3,19 @@
 //! Robust point-to-plane iterations on flat patches, with a gate that narrows, from several starts; the start with the
 //! highest agreement wins (docs/novelty.md section 4).
 
-use super::constants::{POINTS_PER_TASK, SMALL_STEP};
-use super::{DriftTransform, PlaneIndex, Pose, RangeDrift, RollPitchYaw, SurfacePatch, Surfaces};
-use nalgebra::{Matrix3, Matrix6, Point3, Translation3, Vector3, Vector6};
-use normal_equations::{MatchedPoint, NormalEquations};
-use rayon::prelude::*;
+use super::constants::SMALL_STEP;
+use super::{DriftTransform, PlaneIndex, Pose, RangeDrift, Surfaces};
+use agreement::Witnesses;
+use covariance::covariance;
+use matcher::{FindPatch, Matcher};
+use nalgebra::{Matrix3, Matrix6, Point3};
+use search::search;
 
+mod agreement;
+mod covariance;
+mod matcher;
 mod normal_equations;
+mod search;
 mod settings;
 
 pub use settings::RegistrationSettings;
@@ -29,6 +35,10 @@ pub struct Registration {
     pub converged: bool,
     /// Mean over current flat patches of 1 - (height over the reference's surface / gate)^2, 0 beyond the gate.
     pub agreement: f64,
+    /// The same where every direction that the surfaces fix counts alike: a floor agrees with itself wherever on it a robot is.
+    pub agreement_by_direction: f64,
+    /// Another pose that explains the view as well, if there is one: then nothing is known of either.
+    pub rival: Option<Pose>,
     /// Covariance of (translation, rotation vector) of the inverse, about the reference's sensor: square metres and square
     /// radians.
     pub covariance: Matrix6<f64>,
@@ -46,6 +56,8 @@ impl Registration {
             reference_origin: Point3::origin(),
             converged: true,
             agreement: 1.0,
+            agreement_by_direction: 1.0,
+            rival: None,
             covariance: Matrix6::zeros(),
             unobservable: Vec::new(),
         }
@@ -73,8 +85,8 @@ impl Registration {
 }
 
 /// Finds the pose between two views from their surfaces, and the drift of the ranges since the reference's visit.
-/// `origins` are the sensors of reference and current view: what a robot turns about, however far from it its frame begins; `gate_m` is the distance within which surfaces count as the same in
-/// the end (some three sigmas of the noise); `guess` maps reference to current coordinates.
+/// `origins` are the sensors of reference and current view: what a robot turns about, however far from it its frame begins;
+/// `gate_m` is the distance within which surfaces count as the same in the end (some three sigmas of the noise); `guess` maps reference to current coordinates.
 pub(crate) fn register(
     reference: &PlaneIndex,
     current: &Surfaces,
@@ -88,257 +100,58 @@ pub(crate) fn register(
         planes: reference,
         pivot: *reference_origin,
     };
-    let plain = |pose| DriftTransform::to_reference(pose, RangeDrift::default(), *current_origin);
-    let (rough, exact): (FindPatch, FindPatch) =
-        (PlaneIndex::find_approximate, PlaneIndex::find_exact);
-    let flat: Vec<Point3<f64>> = current
-        .patches
-        .iter()
-        .filter(|p| p.flat)
-        .map(|p| p.mean)
-        .collect();
-    let sample = |max_points: usize| -> Vec<Point3<f64>> {
-        let step = flat.len().div_ceil(max_points.max(1)).max(1);
-        flat.iter().step_by(step).copied().collect()
-    };
-    let (few, many) = (
-        sample(settings.max_points[0]),
-        sample(settings.max_points[1]),
-    );
+    let exact: FindPatch = PlaneIndex::find_exact;
+    let [few, many] = settings
+        .max_points
+        .map(|n| Witnesses::new(current, current_origin, n, settings));
     let start = guess.inverse();
-    let mut starts: Vec<(Pose, f64)> = settings
-        .start_gates_m
-        .iter()
-        .map(|gate| (start, *gate))
-        .collect();
-    let mut best = (start, matcher.agreement(&few, &plain(start), gate_m, rough));
-    for round in 0..2 {
-        // In parallel, compared in the order of the starts: the result never depends on threads.
-        let found: Vec<(Pose, f64)> = starts
-            .par_iter()
-            .map(|(from, first_gate_m)| {
-                let pose = matcher.anneal(
-                    &few,
-                    *from,
-                    current_origin,
-                    [*first_gate_m, gate_m],
-                    settings,
-                );
-                (pose, matcher.agreement(&few, &plain(pose), gate_m, rough))
-            })
-            .collect();
-        for candidate in found {
-            if candidate.1 > best.1 {
-                best = candidate;
-            }
-        }
-        if round == 1 || best.1 > 0.5 * (1.0 + settings.min_agreement) {
-            break;
-        }
-        let widest = settings.start_gates_m.first().copied().unwrap_or(0.25);
-        starts = settings
-            .start_yaws_rad
-            .iter()
-            .map(|yaw| {
-                let rotation = RollPitchYaw {
-                    roll_rad: 0.0,
-                    pitch_rad: 0.0,
-                    yaw_rad: *yaw,
-                }
-                .with_translation([0.0; 3]);
-                (start * about(current_origin, &rotation), widest)
-            })
-            .collect();
-    }
-    let (pose, drift) = matcher.refine(&many, best.0, current_origin, gate_m, settings);
-    // The pose may have drifted along unobservable directions: there the guess is better.
+    let found = search(&matcher, &few, start, current_origin, gate_m, settings);
+    let many_points = &many.points;
+    let (pose, drift) = matcher.refine(many_points, found.pose, current_origin, gate_m, settings);
+    // The pose may have drifted along unobservable directions: there the start is better.
     let transform = DriftTransform::to_reference(pose, drift, *current_origin);
     let unobserved = matcher
-        .normal_equations(&many, &transform, gate_m, exact)
-        .unobservable_part(&matcher.motion(&start, &pose), settings);
+        .normal_equations(many_points, &transform, gate_m, exact)
+        .unobservable_part(&matcher.motion(&found.from, &pose), settings);
     let (pose, drift) = if unobserved.norm() < SMALL_STEP {
         (pose, drift)
     } else {
         let back = matcher.moved(&pose, &-unobserved);
-        matcher.refine(&many, back, current_origin, gate_m, settings)
+        matcher.refine(many_points, back, current_origin, gate_m, settings)
     };
     let refined = DriftTransform::to_reference(pose, drift, *current_origin);
-    let normal = matcher.normal_equations(&many, &refined, gate_m, exact);
+    let normal = matcher.normal_equations(many_points, &refined, gate_m, exact);
+    let blocks = matcher.block_equations(&many, &refined, gate_m);
+    let way = pose * current_origin - reference_origin;
     let (last_step, _) = normal.step(Some(&drift), settings, gate_m);
-    let agreement = matcher.agreement(&many, &refined, gate_m, exact);
+    let agreement = many.agreement(|p| matcher.agrees(&refined.apply(p), gate_m, exact));
     Registration {
         current_from_reference: pose.inverse(),
         drift,
         current_origin: *current_origin,
         reference_origin: *reference_origin,
-        converged: agreement >= settings.min_agreement
+        rival: found.rival.map(|pose| pose.inverse()),
+        converged: found.rival.is_none()
+            && agreement.mean >= settings.min_agreement
+            && agreement.by_direction >= settings.min_agreement_by_direction
             && last_step.norm() < 0.5 * gate_m
             && normal.weight > 0.0,
-        agreement,
-        covariance: normal.covariance(settings),
+        agreement: agreement.mean,
+        agreement_by_direction: agreement.by_direction,
+        covariance: covariance(&blocks, &way, settings),
         unobservable: normal.unobservable(settings),
     }
-}
-
-/// How planes are found: fast while poses are guesses, exactly in the end.
-type FindPatch = for<'a> fn(&'a PlaneIndex, &Point3<f64>, f64) -> Option<&'a SurfacePatch>;
-
-/// Matches current points with the planes of the reference.
-struct Matcher<'a> {
-    planes: &'a PlaneIndex,
-    /// Rotations are about this point of the reference frame: about one far away, they would be long ways.
-    pivot: Point3<f64>,
-}
-
-impl Matcher<'_> {
-    /// Mean over the points of 1 - (height / gate)^2, with 0 for points without a plane.
-    fn agreement(
-        &self,
-        points: &[Point3<f64>],
-        transform: &DriftTransform,
-        gate_m: f64,
-        find: FindPatch,
-    ) -> f64 {
-        let sum: f64 = points
-            .iter()
-            .map(|p| {
-                let p = transform.apply(p);
-                find(self.planes, &p, gate_m).map_or(0.0, |patch| {
-                    let e = patch.height_m(&p) / gate_m;
-                    1.0 - e * e
-                })
-            })
-            .sum();
-        sum / (points.len() as f64).max(1.0)
-    }
-
-    /// Iterates while the gate narrows from the first to the last, without drift.
-    fn anneal(
-        &self,
-        points: &[Point3<f64>],
-        from: Pose,
-        origin: &Point3<f64>,
-        [first_gate_m, last_gate_m]: [f64; 2],
-        settings: &RegistrationSettings,
-    ) -> Pose {
-        let mut pose = from;
-        let mut gate_m = first_gate_m.max(last_gate_m);
-        loop {
-            for _ in 0..settings.iterations {
-                let transform = DriftTransform::to_reference(pose, RangeDrift::default(), *origin);
-                let normal =
-                    self.normal_equations(points, &transform, gate_m, PlaneIndex::find_approximate);
-                let (step, _) = normal.step(None, settings, gate_m);
-                pose = self.moved(&pose, &step);
-                if step.norm() < SMALL_STEP {
-                    break;
-                }
-            }
-            if gate_m <= last_gate_m {
-                return pose;
-            }
-            gate_m = (gate_m * settings.gate_factor).max(last_gate_m);
-        }
-    }
-
-    /// The last stage: planes found exactly, pose and drift together.
-    fn refine(
-        &self,
-        points: &[Point3<f64>],
-        from: Pose,
-        origin: &Point3<f64>,
-        gate_m: f64,
-        settings: &RegistrationSettings,
-    ) -> (Pose, RangeDrift) {
-        let (mut pose, mut drift) = (from, RangeDrift::default());
-        for _ in 0..settings.last_iterations {
-            let transform = DriftTransform::to_reference(pose, drift, *origin);
-            let normal = self.normal_equations(points, &transform, gate_m, PlaneIndex::find_exact);
-            let (step, more) = normal.step(Some(&drift), settings, gate_m);
-            pose = self.moved(&pose, &step);
-            drift.at_zero_m += more.at_zero_m;
-            drift.per_m += more.per_m;
-            if step.norm() < SMALL_STEP {
-                break;
-            }
-        }
-        (pose, drift)
-    }
-
-    /// `pose` after the step (translation, rotation vector about the pivot).
-    fn moved(&self, pose: &Pose, step: &Vector6<f64>) -> Pose {
-        about(&self.pivot, &exponential(step)) * pose
-    }
-
-    /// The step that leads from pose `from` to pose `to`.
-    fn motion(&self, from: &Pose, to: &Pose) -> Vector6<f64> {
-        let back = Translation3::from(-self.pivot.coords);
-        logarithm(&(back * (to * from.inverse()) * back.inverse()))
-    }
-
-    fn normal_equations(
-        &self,
-        points: &[Point3<f64>],
-        transform: &DriftTransform,
-        gate_m: f64,
-        find: FindPatch,
-    ) -> NormalEquations {
-        let sensor = transform.pose * transform.origin();
-        let part = |points: &[Point3<f64>]| {
-            let mut sums = NormalEquations::new();
-            for p in points {
-                let p = transform.apply(p);
-                if let Some(patch) = find(self.planes, &p, gate_m) {
-                    let ray = p - sensor;
-                    let range_m = ray.norm().max(1e-9);
-                    let matched = MatchedPoint {
-                        lever: p - self.pivot,
-                        ray: ray / range_m,
-                        range_m,
-                        height_m: patch.height_m(&p),
-                        normal: patch.normal,
-                    };
-                    sums.add(&matched, gate_m);
-                }
-            }
-            sums
-        };
-        // Parts of one size, summed in their order: the result never depends on threads.
-        let parts: Vec<NormalEquations> = points.par_chunks(POINTS_PER_TASK).map(part).collect();
-        parts
-            .iter()
-            .fold(NormalEquations::new(), NormalEquations::merged)
-    }
-}
-
-/// `motion`, of which the rotation is about `pivot`.
-fn about(pivot: &Point3<f64>, motion: &Pose) -> Pose {
-    let there = Translation3::from(pivot.coords);
-    there * motion * there.inverse()
-}
-
-/// The pose of (translation, rotation vector).
-fn exponential(step: &Vector6<f64>) -> Pose {
-    Pose::new(
-        Vector3::new(step[0], step[1], step[2]),
-        Vector3::new(step[3], step[4], step[5]),
-    )
-}
-
-/// The inverse of [`exponential`].
-fn logarithm(pose: &Pose) -> Vector6<f64> {
-    let (shift, rotation) = (pose.translation.vector, pose.rotation.scaled_axis());
-    Vector6::new(
-        shift.x, shift.y, shift.z, rotation.x, rotation.y, rotation.z,
-    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::{RegistrationSettings, register};
     use crate::geometry::{PlaneIndex, Pose, RollPitchYaw, Surfaces};
-    use nalgebra::{Point3, Translation3};
+    use nalgebra::{Point3, Translation3, Vector6};
     use proptest::prelude::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use std::collections::HashMap;
 
     /// A box room with a cupboard, 5 m x 4 m x 2.5 m, sampled on its surfaces.
     fn room() -> Vec<Point3<f64>> {
@@ -481,5 +294,156 @@ mod tests {
         );
         assert!(found.current_from_reference.translation.vector.norm() < 2e-3);
         assert_eq!(found.unobservable.len(), 1, "{:?}", found.unobservable);
+    }
+
+    /// A floor of 8 m x 8 m around the origin, and boxes of 1.2 m x 0.8 m x 2.4 m on it, each with the middle of its floor plan.
+    fn hall(boxes: &[[f64; 2]]) -> Vec<Point3<f64>> {
+        let steps = |from: f64, to: f64| {
+            let n = ((to - from) / 0.04).round() as usize;
+            (0..=n).map(move |i| from + (to - from) * i as f64 / n as f64)
+        };
+        let mut points: Vec<_> = steps(-4.0, 4.0)
+            .flat_map(|x| steps(-4.0, 4.0).map(move |y| Point3::new(x, y, -0.8)))
+            .collect();
+        for [x, y] in boxes {
+            for z in steps(-0.8, 1.6) {
+                for side in [-1.0, 1.0] {
+                    points.extend(steps(-0.6, 0.6).map(|u| Point3::new(x + u, y + 0.4 * side, z)));
+                    points.extend(steps(-0.4, 0.4).map(|v| Point3::new(x + 0.6 * side, y + v, z)));
+                }
+            }
+        }
+        points
+    }
+
+    fn registered(
+        reference: &[Point3<f64>],
+        current: &[Point3<f64>],
+        truth: &Pose,
+    ) -> super::Registration {
+        register(
+            &plane_index(reference),
+            &surfaces(current),
+            [&Point3::origin(), &(truth * Point3::origin())],
+            &Pose::identity(),
+            0.03,
+            &RegistrationSettings::default(),
+        )
+    }
+
+    fn moved(x: f64, y: f64, yaw_deg: f64) -> Pose {
+        RollPitchYaw {
+            roll_rad: 0.0,
+            pitch_rad: 0.0,
+            yaw_rad: yaw_deg.to_radians(),
+        }
+        .with_translation([x, y, 0.0])
+    }
+
+    #[test]
+    fn a_hall_of_few_things_is_registered_from_afar() {
+        let reference = hall(&[[2.0, 1.2], [-1.0, 2.4], [1.0, -2.1]]);
+        for truth in [moved(0.2, -0.2, 14.0), moved(-0.1, 0.25, -12.0)] {
+            let current: Vec<_> = reference.iter().map(|p| truth * p).collect();
+            let found = registered(&reference, &current, &truth);
+            let off = found.current_from_reference * truth.inverse();
+            assert!(found.converged && found.rival.is_none());
+            assert!(off.translation.vector.norm() < 0.01, "{off}");
+            assert!(off.rotation.angle() < 0.005, "{off}");
+        }
+    }
+
+    #[test]
+    fn a_floor_alone_does_not_make_two_views_match() {
+        let reference = hall(&[[2.0, 1.2], [-1.0, 2.4], [1.0, -2.1]]);
+        // Other things on the same floor.
+        let current = hall(&[[-2.4, -1.0], [2.6, -0.8], [-0.2, -3.1]]);
+        let found = registered(&reference, &current, &Pose::identity());
+        assert!(found.agreement > 0.6, "{}", found.agreement);
+        assert!(
+            found.agreement_by_direction < 0.55,
+            "{}",
+            found.agreement_by_direction
+        );
+        assert!(!found.converged);
+    }
+
+    #[test]
+    fn two_poses_that_explain_a_view_alike_are_rivals() {
+        // A round hall of 18 walls, 20 deg from one to the next.
+        let mut round = hall(&[]);
+        round.retain(|p| p.xy().coords.norm() < 3.0);
+        for k in 0..18 {
+            let turn = moved(0.0, 0.0, 20.0 * f64::from(k));
+            for i in -12..=12 {
+                for j in 0..=60 {
+                    let wall = Point3::new(3.0, 0.042 * f64::from(i), 0.04 * f64::from(j) - 0.8);
+                    round.push(turn * wall);
+                }
+            }
+        }
+        let with = |boxes: &[[f64; 2]]| -> Vec<Point3<f64>> {
+            let things = hall(boxes).into_iter().filter(|p| p.z > -0.8);
+            round.iter().copied().chain(things).collect()
+        };
+        let half = moved(0.0, 0.0, 10.0);
+        let turned = |points: Vec<Point3<f64>>| -> Vec<Point3<f64>> {
+            points.iter().map(|p| half * p).collect()
+        };
+        // With other things in it, nothing says which way it was turned.
+        let reference = with(&[[1.5, 0.8], [-0.6, -1.7]]);
+        let current = turned(with(&[[-1.4, 1.1], [1.6, -1.0]]));
+        let found = registered(&reference, &current, &half);
+        let rival = found.rival.expect("a rival");
+        let apart = (rival.inverse() * found.current_from_reference)
+            .rotation
+            .angle();
+        assert!(apart.to_degrees() > 15.0, "{apart}");
+        assert!(!found.converged);
+        // With the same things in it, they do.
+        let found = registered(&reference, &turned(reference.clone()), &half);
+        let off = (found.current_from_reference * half.inverse()).rotation;
+        assert!(found.converged && found.rival.is_none());
+        assert!(off.angle() < 0.005, "{off}");
+    }
+
+    #[test]
+    fn the_stated_covariance_holds_where_neighbours_err_together() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let (reference, planes) = (room(), plane_index(&room()));
+        let mut within = 0;
+        for _ in 0..40 {
+            // Every piece of 0.4 m is off by an error of its own, 5 mm in standard deviation.
+            let mut errors: HashMap<[i32; 3], f64> = HashMap::new();
+            let mut normal = |key: [i32; 3]| {
+                *errors.entry(key).or_insert_with(|| {
+                    let sum: f64 = (0..12).map(|_| rng.random::<f64>()).sum();
+                    0.005 * (sum - 6.0)
+                })
+            };
+            let current: Vec<_> = reference
+                .iter()
+                .map(|p| {
+                    let e = normal([p.x, p.y, p.z].map(|c| (c / 0.4).floor() as i32));
+                    p + p.coords.normalize() * e
+                })
+                .collect();
+            let found = register(
+                &planes,
+                &surfaces(&current),
+                [&Point3::origin(); 2],
+                &Pose::identity(),
+                0.03,
+                &RegistrationSettings::default(),
+            );
+            let off = found.current_from_reference.inverse();
+            let (shift, turn) = (off.translation.vector, off.rotation.scaled_axis());
+            let error = Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z);
+            let inverse = found.covariance.try_inverse().expect("a covariance");
+            // The .95 quantile of chi-square with six degrees of freedom.
+            within += usize::from(error.dot(&(inverse * error)) < 12.59);
+        }
+        // 38 are expected; fewer than 33 have a chance of 1 in 1,000.
+        assert!(within >= 33, "{within} of 40");
     }
 }

@@ -105,11 +105,20 @@ fn not_observed_reason(findings: &Findings<'_>, settings: &VerdictSettings) -> O
     if let Some((name, value)) = values.into_iter().find(|(_, value)| !value.is_finite()) {
         return Some(format!("{name} is {value}"));
     }
+    if let Some(rival) = &registration.rival {
+        let between = rival.inverse() * pose;
+        return Some(format!(
+            "the views match at two poses, {:.2} m and {:.1} deg apart",
+            between.translation.vector.norm(),
+            between.rotation.angle().to_degrees()
+        ));
+    }
     if !registration.converged {
         return Some(format!(
-            "the views do not match: {:.0} % of the flat surfaces agree",
+            "the views do not match: {:.0} % of the flat surfaces agree, {:.0} % where every direction counts alike",
             // A sum of nothing is negative zero.
-            100.0 * registration.agreement + 0.0
+            100.0 * registration.agreement + 0.0,
+            100.0 * registration.agreement_by_direction + 0.0
         ));
     }
     let shift_m = pose.translation.vector.norm();

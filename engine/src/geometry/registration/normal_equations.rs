@@ -6,8 +6,8 @@ use crate::geometry::constants::{CORRELATED_POINTS, MIN_LEVER_M, MIN_NOISE_M2};
 use nalgebra::{Matrix6, SMatrix, SVector, SymmetricEigen, Vector3, Vector6};
 
 /// Translation and rotation vector, then the drift at range zero and per metre.
-type Matrix8 = SMatrix<f64, 8, 8>;
-type Vector8 = SVector<f64, 8>;
+pub(super) type Matrix8 = SMatrix<f64, 8, 8>;
+pub(super) type Vector8 = SVector<f64, 8>;
 
 /// A current point in the reference frame that matches a plane there.
 pub(super) struct MatchedPoint {
@@ -27,10 +27,14 @@ pub(super) struct MatchedPoint {
 pub(super) struct NormalEquations {
     matrix: Matrix8,
     vector: Vector8,
+    /// Weighted sum of the derivatives.
+    pub(super) derivatives: Vector8,
+    /// Weighted sum of the heights, metres.
+    pub(super) heights: f64,
     /// Sum of the weights.
     pub(super) weight: f64,
     /// Weighted sum of squared residuals, square metres.
-    residual2: f64,
+    pub(super) residual2: f64,
     /// Weighted sum of squared levers, square metres.
     lever2: f64,
 }
@@ -40,6 +44,8 @@ impl NormalEquations {
         Self {
             matrix: Matrix8::zeros(),
             vector: Vector8::zeros(),
+            derivatives: Vector8::zeros(),
+            heights: 0.0,
             weight: 0.0,
             residual2: 0.0,
             lever2: 0.0,
@@ -72,6 +78,8 @@ impl NormalEquations {
             }
         }
         self.vector -= j * (w * e);
+        self.derivatives += j * w;
+        self.heights += w * e;
         self.weight += w;
         self.residual2 += w * e * e;
         self.lever2 += w * point.lever.norm_squared();
@@ -80,13 +88,16 @@ impl NormalEquations {
     pub(super) fn merged(mut self, other: &Self) -> Self {
         self.matrix += other.matrix;
         self.vector += other.vector;
+        self.derivatives += other.derivatives;
+        self.heights += other.heights;
         self.weight += other.weight;
         self.residual2 += other.residual2;
         self.lever2 += other.lever2;
         self
     }
 
-    fn full(&self) -> Matrix8 {
+    /// Weighted sum of the products of derivatives.
+    pub(super) fn full(&self) -> Matrix8 {
         let mut full = self.matrix;
         full.fill_upper_triangle_with_lower_triangle();
         full
@@ -169,7 +180,10 @@ impl NormalEquations {
 
     /// Eigenvectors of the pose as columns, in metres and radians, and the unit vectors of the drift; which of them are free
     /// to move (those the surfaces fix; not the drift); and the scale of [`eigenpairs`](Self::eigenpairs).
-    fn basis(&self, settings: &RegistrationSettings) -> (Matrix8, [bool; 8], Vector6<f64>) {
+    pub(super) fn basis(
+        &self,
+        settings: &RegistrationSettings,
+    ) -> (Matrix8, [bool; 8], Vector6<f64>) {
         let (eigen, scale) = self.eigenpairs();
         let mut basis = Matrix8::identity();
         let mut free = [false; 8];
@@ -212,43 +226,12 @@ impl NormalEquations {
     }
 
     /// Number of independent points: errors of neighbours go together.
-    fn effective_points(&self) -> f64 {
+    pub(super) fn effective_points(&self) -> f64 {
         (self.weight / CORRELATED_POINTS).max(1.0)
     }
 
-    fn noise_m2(&self) -> f64 {
+    pub(super) fn noise_m2(&self) -> f64 {
         (self.residual2 / self.weight.max(1e-9)).max(MIN_NOISE_M2)
-    }
-
-    /// Covariance of the pose. Along unobservable directions no step was made: there the prior alone counts.
-    pub(super) fn covariance(&self, settings: &RegistrationSettings) -> Matrix6<f64> {
-        let sd = [
-            settings.prior_sd_m,
-            settings.prior_sd_m,
-            settings.prior_sd_m,
-            settings.prior_sd_rad,
-            settings.prior_sd_rad,
-            settings.prior_sd_rad,
-            settings.drift_sd_m,
-            settings.drift_sd_per_m,
-        ];
-        let variances = Vector8::from(sd.map(|s| s * s));
-        let prior = Matrix8::from_diagonal(&variances.map(|v| 1.0 / v));
-        let scale = self.effective_points() / self.weight.max(1e-9) / self.noise_m2();
-        let (basis, free, _) = self.basis(settings);
-        let mut information = basis.transpose() * (self.full() * scale) * basis;
-        for i in (0..6).filter(|i| !free[*i]) {
-            information.fill_row(i, 0.0);
-            information.fill_column(i, 0.0);
-        }
-        let covariance = basis
-            .try_inverse()
-            .map(|back| back.transpose() * information * back)
-            .and_then(|information| (information + prior).try_inverse());
-        covariance
-            .unwrap_or_else(|| Matrix8::from_diagonal(&variances))
-            .fixed_view::<6, 6>(0, 0)
-            .into_owned()
     }
 
     /// Directions that the surfaces do not fix, as text.
@@ -269,7 +252,7 @@ impl NormalEquations {
 
 /// Derivative of the height of a point over a plane with normal `u` by (translation, rotation vector), `lever` from what the
 /// rotation is about.
-fn jacobian(u: &Vector3<f64>, lever: &Vector3<f64>) -> Vector6<f64> {
+pub(super) fn jacobian(u: &Vector3<f64>, lever: &Vector3<f64>) -> Vector6<f64> {
     let rotation = lever.cross(u);
     Vector6::new(u.x, u.y, u.z, rotation.x, rotation.y, rotation.z)
 }
