@@ -94,7 +94,7 @@ pub(super) fn take_sweeps(
     clock: Clock,
     cancel: &Cancel,
 ) -> Result<Vec<RawSweep>, Failure> {
-    let configured = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
+    let configured = SweepRequest::new(settings, None);
     let requests = calibration_requests(&configured, several_pans);
     let work = PlannedWork::start("calibration", phases(&requests, &clock));
     let (notes, received) = mpsc::channel();

@@ -3,7 +3,7 @@
 use super::failure::{CommandResult, DONE, Failure, USAGE};
 use super::threshold_warning::never_alarming;
 use super::{output, table};
-use crate::config::{ConfigError, KEYS, LoadedConfig, Settings, ValueOrigin, load, load_leniently};
+use crate::config::{ConfigError, KEYS, LoadedConfig, Settings, load, load_leniently};
 use crate::store::Store;
 use clap::{Args, Subcommand};
 use serde_json::json;
@@ -102,7 +102,7 @@ fn show(args: &ConfigFileArgs) -> CommandResult {
             name.clone(),
             value.to_string(),
             unit.to_owned(),
-            origin_text(origin),
+            origin.to_string(),
         ]);
     }
     output::line(rows.to_string())?;
@@ -115,17 +115,9 @@ pub(super) fn settings_json(loaded: &LoadedConfig) -> Vec<serde_json::Value> {
         .values
         .iter()
         .map(|(key, (value, origin))| {
-            json!({"key": key, "value": value.to_json(), "from": origin_text(origin)})
+            json!({"key": key, "value": value.to_json(), "from": origin.to_string()})
         })
         .collect()
-}
-
-fn origin_text(origin: &ValueOrigin) -> String {
-    match origin {
-        ValueOrigin::Default => "default".to_owned(),
-        ValueOrigin::File(path, line) => format!("{}:{line}", path.display()),
-        ValueOrigin::Flag => "command line".to_owned(),
-    }
 }
 
 /// The configuration of a command that needs little of it, such as one that reads the log: mistakes stop nothing and are reported in

@@ -126,7 +126,7 @@ pub(super) fn take_sweep(
     clock: &Clock,
     cancel: &Cancel,
 ) -> Result<Sweep, Failure> {
-    let request = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
+    let request = SweepRequest::new(settings, None);
     let phases = [
         ("homing", clock.wall_time(HOMING)),
         ("sweeping", planned_sweep(&request, clock)),

@@ -40,6 +40,8 @@ pub enum ValueOrigin {
 pub struct ConfigLayers {
     /// Value and origin by dotted name.
     pub values: BTreeMap<String, (ConfigValue, ValueOrigin)>,
+    /// By dotted name where else it was set, the lowest layer first.
+    pub(super) overridden: BTreeMap<String, Vec<ValueOrigin>>,
 }
 
 impl ConfigLayers {
@@ -52,7 +54,10 @@ impl ConfigLayers {
                 Some((key.name.to_owned(), (value, ValueOrigin::Default)))
             })
             .collect();
-        Self { values }
+        Self {
+            values,
+            overridden: BTreeMap::new(),
+        }
     }
 
     /// Gives thresholds that nothing sets the default of the engine in force: the engines' distances differ in size.
@@ -97,15 +102,20 @@ impl ConfigLayers {
         }
         for (name, value, line) in reader.found {
             let origin = ValueOrigin::File(source.path.clone(), line);
-            self.values.insert(name, (value, origin));
+            self.set(name, value, origin);
         }
         reader.errors
     }
 
     /// Sets a value from a command-line flag.
     pub fn set_from_flag(&mut self, name: &str, value: ConfigValue) {
-        self.values
-            .insert(name.to_owned(), (value, ValueOrigin::Flag));
+        self.set(name.to_owned(), value, ValueOrigin::Flag);
+    }
+
+    fn set(&mut self, name: String, value: ConfigValue, origin: ValueOrigin) {
+        if let Some((_, lower)) = self.values.insert(name.clone(), (value, origin)) {
+            self.overridden.entry(name).or_default().push(lower);
+        }
     }
 
     /// File and line of the first of `keys` that a file sets, for an error about all of them.

@@ -10,6 +10,7 @@ mod last_good;
 mod layers;
 mod load;
 mod mount;
+mod origins;
 mod reading;
 mod schema;
 mod settings;
@@ -26,6 +27,7 @@ pub use keys::{ConfigKey, KEYS};
 pub use last_good::{keep_last_good, load_last_good};
 pub use layers::{ConfigFile, ConfigLayers, ValueOrigin};
 pub use load::{LoadedConfig, drop_in_folder, load, load_leniently};
+pub use origins::SettingOrigins;
 pub use schema::json_schema;
 pub use settings::{
     AlarmConfig, ApiConfig, LaserConfig, LogConfig, MixtureConfig, MountConfig, NoveltyConfig,

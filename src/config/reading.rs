@@ -4,6 +4,7 @@ use super::contradictions::contradictions;
 use super::error::ConfigError;
 use super::key_lookup::split_waypoint_key;
 use super::layers::ConfigLayers;
+use super::origins::SettingOrigins;
 use super::settings::{
     AlarmConfig, ApiConfig, LaserConfig, LogConfig, MixtureConfig, MountConfig, NoveltyConfig,
     PtuConfig, RobotConfig, Settings, ShapeConfig, StoreConfig, SweepConfig, SweepMode,
@@ -127,6 +128,7 @@ fn read_settings(layers: &ConfigLayers) -> Settings {
             to: get.text("log.to"),
         },
         waypoints,
+        origins: SettingOrigins::from_layers(layers),
     }
 }
 
@@ -254,9 +256,14 @@ mod tests {
         settings.set_u_th("dock", 1.5);
         assert_eq!(settings.u_th(Some("dock")), 1.5);
         assert_eq!(settings.u_th(Some("hall")), 0.75);
-        assert_eq!(settings.pans_rad("hall"), [-PI / 2.0, PI / 4.0]);
-        assert_eq!(settings.pans_rad("dock"), [PI / 5.0]);
-        assert_eq!(settings.pans_rad("yard"), [PI / 5.0]);
+        assert_eq!(settings.pans_rad(Some("hall")), [-PI / 2.0, PI / 4.0]);
+        assert_eq!(settings.pans_rad(Some("dock")), [PI / 5.0]);
+        assert_eq!(settings.pans_rad(Some("yard")), [PI / 5.0]);
+        assert_eq!(settings.pans_rad(None), [PI / 5.0]);
+        assert_eq!(settings.pans_key(Some("hall")), "waypoint.hall.pans_deg");
+        for bare in [Some("dock"), Some("yard"), None] {
+            assert_eq!(settings.pans_key(bare), "sweep.pans_deg");
+        }
         let pose = |name: &str| settings.waypoints.get(name).and_then(|own| own.map_pose);
         assert_eq!(pose("hall"), Some([1.0, 2.0, PI / 10.0]));
         assert_eq!(pose("dock"), Some([3.0, 4.0, 0.0]));

@@ -1,5 +1,6 @@
 //! The typed settings. Angles are radians, lengths metres, times seconds.
 
+use super::origins::SettingOrigins;
 use patrold_engine::distance::GroundDistance;
 use patrold_engine::inspect::Engine;
 use std::collections::BTreeMap;
@@ -34,6 +35,8 @@ pub struct Settings {
     pub log: LogConfig,
     /// `[waypoint.NAME]`
     pub waypoints: BTreeMap<String, WaypointConfig>,
+    /// Where each value was set.
+    pub origins: SettingOrigins,
 }
 
 /// `[robot]`
@@ -229,11 +232,21 @@ impl Settings {
         }
     }
 
-    /// Pans of one visit at a waypoint, radians.
-    pub fn pans_rad(&self, waypoint: &str) -> &[f64] {
-        self.waypoints
-            .get(waypoint)
-            .and_then(|w| w.pans_rad.as_deref())
-            .unwrap_or(&self.sweep.pans_rad)
+    /// Pans of one visit at a waypoint, or of a bare sweep, radians.
+    pub fn pans_rad(&self, waypoint: Option<&str>) -> &[f64] {
+        let own = waypoint.and_then(|name| self.own_pans_rad(name));
+        own.unwrap_or(&self.sweep.pans_rad)
+    }
+
+    /// The key that sets them.
+    pub fn pans_key(&self, waypoint: Option<&str>) -> String {
+        match waypoint {
+            Some(name) if self.own_pans_rad(name).is_some() => format!("waypoint.{name}.pans_deg"),
+            _ => "sweep.pans_deg".to_owned(),
+        }
+    }
+
+    fn own_pans_rad(&self, waypoint: &str) -> Option<&[f64]> {
+        self.waypoints.get(waypoint)?.pans_rad.as_deref()
     }
 }

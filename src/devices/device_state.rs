@@ -241,6 +241,7 @@ fn not_connected(device: Device, port: &str, error: Option<&DeviceError>) -> Dev
 #[cfg(test)]
 mod tests {
     use super::{DeviceNote, DeviceState, PortMessage};
+    use crate::config::SettingOrigins;
     use crate::devices::error::{Device, DeviceError};
     use crate::devices::head::HeadEvent;
     use crate::devices::lockstep::rig::TestRig;
@@ -258,6 +259,7 @@ mod tests {
             name: format!("/dev/{device}"),
             baud: 9600,
             unit: None,
+            origins: SettingOrigins::default(),
         }
     }
 

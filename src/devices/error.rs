@@ -30,7 +30,7 @@ impl Device {
     }
 
     /// Configuration key of the required unit.
-    pub const fn unit_key(self) -> &'static str {
+    pub(super) const fn unit_key(self) -> &'static str {
         match self {
             Self::Laser => "laser.serial",
             Self::Head => "ptu.version",
@@ -50,46 +50,54 @@ impl Device {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DeviceError {
     /// The port cannot be opened, or its transport failed.
-    #[error("{device} ({key}): {source}", key = .device.port_key())]
+    #[error("{device} ({setting}): {source}")]
     Port {
         /// The failed device.
         device: Device,
+        /// The key of its port, and where it was set.
+        setting: String,
         /// With the port's name and what to do.
         source: PortError,
     },
     /// Another unit is connected than the configuration requires.
     #[error(
-        "{device} on {port} is {got}, but {key} requires {expected}: plug in the right one or change the configuration"
+        "{device} on {port} is {got}, but {expected} is required ({setting}): plug in the right one or change the configuration"
     )]
     OtherUnit {
         /// The failed device.
         device: Device,
         /// Name of its port.
         port: String,
-        /// Configuration key of the required unit.
-        key: &'static str,
+        /// The key of the required unit, and where it was set.
+        setting: String,
         /// Required unit.
         expected: String,
         /// Unit found.
         got: String,
     },
     /// No reply at any line rate.
-    #[error("{device} on {port} is silent: check its power and cable, and that {key} is its port ({detail})", key = .device.port_key())]
+    #[error(
+        "{device} on {port} is silent: check its power and cable, and that this is its port ({setting}; {detail})"
+    )]
     Silent {
         /// The failed device.
         device: Device,
         /// Name of its port.
         port: String,
+        /// The key of its port, and where it was set.
+        setting: String,
         /// The driver's error.
         detail: String,
     },
     /// Something answers that cannot be used: another device, another line rate, a unit that is too old.
-    #[error("{device} on {port} ({key}): {detail}", key = .device.port_key())]
+    #[error("{device} on {port} ({setting}): {detail}")]
     WrongDevice {
         /// The failed device.
         device: Device,
         /// Name of its port.
         port: String,
+        /// The key of its port, and where it was set.
+        setting: String,
         /// The driver's error: what was heard, what it is, what to do.
         detail: String,
         /// It is text, which says more than the garbage of a wrong line rate.
@@ -155,7 +163,7 @@ pub enum DeviceError {
     },
     /// The request has angles out of reach.
     #[error(
-        "pan-tilt on {port} reaches {axis} {low_deg:.1} to {high_deg:.1} deg, not {wanted}: change {key}"
+        "pan-tilt on {port} reaches {axis} {low_deg:.1} to {high_deg:.1} deg, not {wanted}: change it ({setting})"
     )]
     OutOfReach {
         /// Name of its port.
@@ -168,8 +176,8 @@ pub enum DeviceError {
         high_deg: f64,
         /// Requested angles.
         wanted: String,
-        /// Configuration keys to change.
-        key: &'static str,
+        /// The keys to change, and where they were set.
+        setting: String,
     },
     /// The laser's timer was reset or jumped during a sweep: its timestamps are useless.
     #[error("laser on {port}: its timer {what} during the sweep, which is void; take another")]

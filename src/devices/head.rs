@@ -212,7 +212,9 @@ impl DeviceDriver for HeadDriver {
         match event {
             // The dialogue continues after a failed calibration.
             HeadEvent::Ptu(PtuEvent::Fault(HeadError::ResetFailed { .. })) => None,
-            HeadEvent::Ptu(PtuEvent::Fault(error)) => Some(head_error(error, &port.name)),
+            HeadEvent::Ptu(PtuEvent::Fault(error)) => {
+                Some(head_error(error, &port.name, &port.setting()))
+            }
             HeadEvent::Ptu(PtuEvent::Connected(identity)) => port.unit_mismatch(&identity.version),
             _ => None,
         }
@@ -241,17 +243,20 @@ impl DeviceDriver for HeadDriver {
 }
 
 /// A driver error, sorted by what the operator has to do.
-pub(super) fn head_error(error: &HeadError, port: &str) -> DeviceError {
+pub(super) fn head_error(error: &HeadError, port: &str, setting: &str) -> DeviceError {
     let (device, port, detail) = (Device::Head, port.to_owned(), error.to_string());
+    let setting = setting.to_owned();
     match error {
         HeadError::Silent => DeviceError::Silent {
             device,
             port,
+            setting,
             detail,
         },
         HeadError::NotAHead { line, .. } => DeviceError::WrongDevice {
             device,
             port,
+            setting,
             detail,
             readable: *line != HeadLine::NotText,
         },
@@ -259,6 +264,7 @@ pub(super) fn head_error(error: &HeadError, port: &str) -> DeviceError {
             DeviceError::WrongDevice {
                 device,
                 port,
+                setting,
                 detail,
                 readable: true,
             }
@@ -283,6 +289,7 @@ mod tests {
     use super::{
         DeviceDriver, DriverOutput, HeadCommand, HeadDriver, HeadEvent, POLL_INTERVAL, head_error,
     };
+    use crate::config::SettingOrigins;
     use crate::devices::error::Device;
     use crate::devices::lockstep::rig::ROOM;
     use crate::devices::port_config::PortConfig;
@@ -345,7 +352,7 @@ mod tests {
                 &["60 s", "reconnecting", "power-cycle"],
             ),
         ] {
-            let told = head_error(&error, "/dev/ptu").to_string();
+            let told = head_error(&error, "/dev/ptu", "ptu.port").to_string();
             assert!(
                 told.contains("pan-tilt on /dev/ptu") && !told.contains('\n'),
                 "{told}"
@@ -369,6 +376,7 @@ mod tests {
             name: "ptu".to_owned(),
             baud: 9600,
             unit: None,
+            origins: SettingOrigins::default(),
         };
         (HeadDriver::new(&port, 9600, false), unit)
     }
@@ -461,6 +469,7 @@ mod tests {
             name: "ptu".to_owned(),
             baud: 9600,
             unit: None,
+            origins: SettingOrigins::default(),
         };
         let mut head = HeadDriver::new(&port, 9600, false);
         let (mut now, mut stopping, mut sent) = (Duration::ZERO, false, Vec::new());

@@ -136,7 +136,9 @@ impl DeviceDriver for LaserDriver {
 
     fn fault(event: &LaserEvent, port: &PortConfig) -> Option<DeviceError> {
         match event {
-            LaserEvent::ConnectionFailed(error) => Some(laser_error(error, &port.name)),
+            LaserEvent::ConnectionFailed(error) => {
+                Some(laser_error(error, &port.name, &port.setting()))
+            }
             LaserEvent::Connected(identity) => port.unit_mismatch(&identity.serial),
             _ => None,
         }
@@ -155,23 +157,27 @@ impl DeviceDriver for LaserDriver {
 }
 
 /// A driver error, sorted by what the operator has to do.
-pub(super) fn laser_error(error: &ScipError, port: &str) -> DeviceError {
+pub(super) fn laser_error(error: &ScipError, port: &str, setting: &str) -> DeviceError {
     let (device, port, detail) = (Device::Laser, port.to_owned(), error.to_string());
+    let setting = setting.to_owned();
     match error {
         ScipError::NoReply { .. } => DeviceError::Silent {
             device,
             port,
+            setting,
             detail,
         },
         ScipError::NotALaser { line, .. } => DeviceError::WrongDevice {
             device,
             port,
+            setting,
             detail,
             readable: *line != LaserLine::NotText,
         },
         ScipError::Scip11Only { .. } => DeviceError::WrongDevice {
             device,
             port,
+            setting,
             detail,
             readable: true,
         },
@@ -200,6 +206,7 @@ pub(super) fn laser_error(error: &ScipError, port: &str) -> DeviceError {
 #[cfg(test)]
 mod tests {
     use super::{DeviceDriver, DriverOutput, LaserCommand, LaserDriver, laser_error};
+    use crate::config::SettingOrigins;
     use crate::devices::error::Device;
     use crate::devices::port_config::PortConfig;
     use scip::{
@@ -215,6 +222,7 @@ mod tests {
             name: "/dev/laser".to_owned(),
             baud: 19_200,
             unit: None,
+            origins: SettingOrigins::default(),
         };
         let mut laser = LaserDriver::new(&port, 19_200, false);
         let plan = StreamPlan {
@@ -310,7 +318,7 @@ mod tests {
                 &["115200 bit/s", "power-cycle"],
             ),
         ] {
-            let text = laser_error(&error, "/dev/laser").to_string();
+            let text = laser_error(&error, "/dev/laser", "laser.port").to_string();
             assert!(
                 text.contains("laser on /dev/laser") && !text.contains('\n'),
                 "{text}"

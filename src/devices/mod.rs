@@ -44,7 +44,7 @@ pub use cancel::Cancel;
 pub use device_state::DeviceNote;
 pub use error::{Device, DeviceError, PortError};
 pub use inventory::{PortReport, inventory};
-pub use plan::SweepRequest;
+pub use plan::{AngleSettings, SweepRequest};
 pub use position_trust::PositionTrust;
 pub use recording::{
     DialogueEnd, DialogueEntry, DialogueEntryKind, DialogueError, ReplayError, ReplayedSweep,

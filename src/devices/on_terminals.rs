@@ -49,7 +49,8 @@ fn a_station_homes_sweeps_is_cancelled_and_leaves_everything_at_rest() {
     let report = station.describe(&Cancel::new()).expect("both answer");
     assert_eq!(report.laser.serial, "H0706400");
     assert_eq!(report.ptu.supply_v, Some(24.0));
-    let mut request = SweepRequest::new(&settings.sweep, &settings.mount, &[0.1]);
+    let mut request = SweepRequest::new(&settings, None);
+    request.pans_rad = vec![0.1];
     request.tilt_from_rad = -0.1;
     let refused = station.sweep(&request, &Cancel::new());
     assert!(matches!(refused, Err(DeviceError::PositionLost { .. })));
@@ -115,7 +116,7 @@ fn dropped_in_the_middle_the_laser_goes_off() {
     let later = cancel.clone();
     let sweeping = thread::spawn(move || {
         let settings = Settings::defaults();
-        let request = SweepRequest::new(&settings.sweep, &settings.mount, &[0.0]);
+        let request = SweepRequest::new(&settings, None);
         let outcome = station.sweep(&request, &later);
         drop(station);
         outcome

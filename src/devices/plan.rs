@@ -6,7 +6,7 @@ mod stream;
 mod tests;
 mod tilt;
 
-pub use self::request::SweepRequest;
+pub use self::request::{AngleSettings, SweepRequest};
 pub(crate) use self::tilt::TiltPlan;
 
 use self::stream::plan_stream;
@@ -104,7 +104,8 @@ impl SweepPlan {
         );
         let mut pans = Vec::with_capacity(request.pans_rad.len());
         for pan_rad in &request.pans_rad {
-            pans.push(pan_steps(*pan_rad, &pan_scale, head)?);
+            let setting = &request.angle_settings.pans;
+            pans.push(pan_steps(*pan_rad, &pan_scale, head, setting)?);
         }
         let tilt = TiltAxis {
             axis: &head.identity.tilt,
@@ -199,6 +200,7 @@ fn pan_steps(
     pan_rad: f64,
     scale: &AxisScale,
     head: &HeadFacts<'_>,
+    setting: &str,
 ) -> Result<(i32, f64), DeviceError> {
     let limits = head.identity.pan.limits;
     let low = limits.min_steps + LIMIT_MARGIN_STEPS;
@@ -213,7 +215,7 @@ fn pan_steps(
                 low_deg: a.min(b).to_degrees(),
                 high_deg: a.max(b).to_degrees(),
                 wanted: format!("{:.1} deg", pan_rad.to_degrees()),
-                key: "sweep.pans_deg",
+                setting: setting.to_owned(),
             })
         }
     }

@@ -186,9 +186,9 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
                 continue;
             }
             self.connected = false;
-            let end = match attempt.open(self.port.device) {
+            let end = match attempt.open() {
                 Ok(link) => self.serve(link, attempt.baud, probing),
-                Err(error) => ServeEnd::Failed(error),
+                Err(error) => ServeEnd::Failed(self.port.error(error)),
             };
             let ServeEnd::Failed(error) = end else {
                 return None;
@@ -272,10 +272,7 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
                     }
                 }
                 Err(error) => {
-                    return ServeEnd::Failed(DeviceError::Port {
-                        device: self.port.device,
-                        source: error.into(),
-                    });
+                    return ServeEnd::Failed(self.port.error(error));
                 }
             }
             driver.handle_deadline(self.clock.now());
@@ -314,18 +311,12 @@ impl<D: DeviceDriver, F: FnMut(PortEvent<D::Event>, Duration) -> bool> PortRunne
             match output {
                 DriverOutput::Send(bytes) => {
                     if let Err(error) = link.write_all(&bytes, COMMAND_WRITE_LIMIT) {
-                        return Err(ServeEnd::Failed(DeviceError::Port {
-                            device: self.port.device,
-                            source: error.into(),
-                        }));
+                        return Err(ServeEnd::Failed(self.port.error(error)));
                     }
                 }
                 DriverOutput::SetBitRate(bit_s) => {
                     if let Err(error) = link.set_baud(bit_s) {
-                        return Err(ServeEnd::Failed(DeviceError::Port {
-                            device: self.port.device,
-                            source: error.into(),
-                        }));
+                        return Err(ServeEnd::Failed(self.port.error(error)));
                     }
                 }
                 DriverOutput::Event(event) => {
@@ -395,6 +386,7 @@ fn flush<D: DeviceDriver>(driver: &mut RecordedDriver<D>, link: &mut dyn Link) {
 #[cfg(test)]
 mod tests {
     use super::{INITIAL_REOPEN_PAUSE, PortEvent, PortRunner};
+    use crate::config::SettingOrigins;
     use crate::devices::error::{Device, DeviceError, PortError};
     use crate::devices::laser::LaserDriver;
     use crate::devices::lockstep::rig::ROOM;
@@ -439,6 +431,7 @@ mod tests {
                 name: "usb:15d1:0000".to_owned(),
                 baud: 115_200,
                 unit: Some("H0706400".to_owned()),
+                origins: SettingOrigins::default(),
             },
             clock: clock.clone(),
             requests: mpsc::channel().1,

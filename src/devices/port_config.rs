@@ -2,7 +2,7 @@
 
 use super::constants::{HEAD_POWER_UP_BAUD, HOKUYO_VENDOR, LASER_BAUDS, TCP_LIMIT};
 use super::error::{Device, DeviceError};
-use crate::config::Settings;
+use crate::config::{SettingOrigins, Settings};
 use link::{DetectedPort, Link, LinkError, SerialLink, TcpLink, UsbName};
 use std::path::{Path, PathBuf};
 
@@ -27,6 +27,8 @@ pub(crate) struct PortConfig {
     pub baud: u32,
     /// Required unit: serial number of a laser, part of the version string of a head. `None`: any.
     pub unit: Option<String>,
+    /// Where name and unit were set.
+    pub origins: SettingOrigins,
 }
 
 /// One way to open a port.
@@ -50,20 +52,30 @@ impl OpenAttempt {
     }
 
     /// # Errors
-    /// [`DeviceError::Port`].
-    pub(super) fn open(&self, device: Device) -> Result<Box<dyn Link>, DeviceError> {
-        let link: Result<Box<dyn Link>, LinkError> = match self.node.strip_prefix("tcp:") {
+    /// As the transport.
+    pub(super) fn open(&self) -> Result<Box<dyn Link>, LinkError> {
+        match self.node.strip_prefix("tcp:") {
             Some(address) => TcpLink::connect(address, TCP_LIMIT).map(|l| Box::new(l) as _),
             None => SerialLink::open(&self.node, self.baud).map(|l| Box::new(l) as _),
-        };
-        link.map_err(|error| DeviceError::Port {
-            device,
-            source: error.into(),
-        })
+        }
     }
 }
 
 impl PortConfig {
+    /// The key of the port for an error, and where it was set.
+    pub(super) fn setting(&self) -> String {
+        self.origins.quote(self.device.port_key())
+    }
+
+    /// The error of its transport.
+    pub(super) fn error(&self, error: LinkError) -> DeviceError {
+        DeviceError::Port {
+            device: self.device,
+            setting: self.setting(),
+            source: error.into(),
+        }
+    }
+
     /// Whether `candidate` is this port.
     pub(super) fn matches(&self, candidate: &DetectedPort) -> bool {
         match self.name.parse::<UsbName>() {
@@ -105,10 +117,7 @@ impl PortConfig {
     /// # Errors
     /// [`DeviceError::Port`] where a `usb:` name matches nothing, or several ports that cannot be told apart.
     pub(super) fn attempts(&self) -> Result<Vec<OpenAttempt>, DeviceError> {
-        let nodes = self.current_nodes().map_err(|error| DeviceError::Port {
-            device: self.device,
-            source: error.into(),
-        })?;
+        let nodes = self.current_nodes().map_err(|error| self.error(error))?;
         let attempts_at = |node: String| {
             let line = node_line_kind(&node);
             // A pan-tilt on the laser's port is recognised at its own rate alone.
@@ -205,7 +214,7 @@ impl PortConfig {
         (!is_it).then(|| DeviceError::OtherUnit {
             device: self.device,
             port: self.name.clone(),
-            key: self.device.unit_key(),
+            setting: self.origins.quote(self.device.unit_key()),
             expected: wanted.to_owned(),
             got: reported.to_owned(),
         })
@@ -220,6 +229,7 @@ pub(super) fn configured_ports(settings: &Settings) -> (PortConfig, PortConfig) 
         name: name.clone(),
         baud,
         unit: unit.clone(),
+        origins: settings.origins.clone(),
     };
     (
         port(Device::Laser, &laser.port, laser.baud, &laser.serial),
@@ -266,6 +276,7 @@ fn normalized_serial(serial: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::{Device, LineKind, OpenAttempt, PortConfig};
+    use crate::config::{ConfigFile, ConfigLayers, SettingOrigins, Settings};
     use crate::devices::error::{DeviceError, PortError};
     use link::{DetectedPort, LinkError, UsbDevice};
 
@@ -275,6 +286,7 @@ mod tests {
             name: name.to_owned(),
             baud: 9600,
             unit: None,
+            origins: SettingOrigins::default(),
         }
     }
 
@@ -398,12 +410,14 @@ mod tests {
         let wrong = |device, readable| DeviceError::WrongDevice {
             device,
             port: String::new(),
+            setting: String::new(),
             detail: String::new(),
             readable,
         };
         let silent = |device| DeviceError::Silent {
             device,
             port: String::new(),
+            setting: String::new(),
             detail: String::new(),
         };
         let fault = DeviceError::Fault {
@@ -428,6 +442,7 @@ mod tests {
             assert!(port.tries_other_rates(&fault));
             let absent = DeviceError::Port {
                 device,
+                setting: String::new(),
                 source: PortError::NoSuchPort(String::new()),
             };
             assert!(!port.tries_other_rates(&absent));
@@ -435,17 +450,29 @@ mod tests {
     }
 
     #[test]
-    fn the_error_of_a_missing_port_has_its_name_and_key() {
-        let head = port(Device::Head, "/dev/no-such-port");
+    fn the_error_of_a_missing_port_has_its_name_and_the_file_that_set_it() {
+        let mut layers = ConfigLayers::defaults();
+        for (path, port) in [
+            ("by-hand.toml", "tcp:10.0.0.2:4001"),
+            ("drop-in.toml", "/dev/no-such-port"),
+        ] {
+            let text = format!("ptu.port = {port:?}\n");
+            let path = path.into();
+            assert_eq!(layers.add(&ConfigFile { path, text }), []);
+        }
+        let settings = Settings::from_layers(&layers).expect("valid");
+        let (_, head) = super::configured_ports(&settings);
         let attempts = head.attempts().expect("a path is tried");
-        let error = attempts[0].open(head.device).err();
+        let error = attempts[0].open().err().map(|error| head.error(error));
         let Some(DeviceError::Port { source, .. }) = &error else {
             panic!("{error:?}");
         };
         assert!(matches!(source, PortError::NoSuchPort(_)));
         let text = error.map(|e| e.to_string()).unwrap_or_default();
         assert!(
-            text.contains("/dev/no-such-port") && text.contains("ptu.port"),
+            text.starts_with(
+                "pan-tilt (ptu.port, set by drop-in.toml:1, which wins over by-hand.toml:1): no device at /dev/no-such-port:"
+            ),
             "{text}"
         );
     }

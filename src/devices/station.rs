@@ -117,7 +117,7 @@ impl Station {
         let (laser, head) = station.state.failures();
         let laser = laser.map_or_else(|| station.laser_report(), Err);
         let ptu = head.map_or_else(|| station.head_report(cancel), Err);
-        let request = SweepRequest::new(&settings.sweep, &settings.mount, &settings.sweep.pans_rad);
+        let request = SweepRequest::new(settings, None);
         let sweep_notes = match (&laser, &ptu) {
             (Ok(_), Ok(_)) => match station.plan(&request) {
                 Ok(plan) => plan.notes,

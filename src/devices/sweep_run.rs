@@ -175,7 +175,10 @@ impl SweepRun {
                 _ => {}
             },
             E::ConnectionFailed(error) | E::RequestFailed(error) => {
-                self.fail(laser_error(&error, &self.ports.laser), now);
+                self.fail(
+                    laser_error(&error, &self.ports.laser, Device::Laser.port_key()),
+                    now,
+                );
             }
             E::TimeSample {
                 sent,
@@ -253,7 +256,7 @@ impl SweepRun {
                 }
             }
             E::Fault(error) => {
-                let error = head_error(&error, &self.ports.head);
+                let error = head_error(&error, &self.ports.head, Device::Head.port_key());
                 self.on_lost(Device::Head, error, now);
             }
             E::LimitHit(axis) => {

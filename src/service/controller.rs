@@ -16,8 +16,9 @@ use super::storage_watch::StorageWatch;
 use super::store_writer::StoreWriter;
 use super::systemd::SystemdNotifier;
 use super::wall_clock::WallClockMonitor;
-use super::work_estimate::{WorkEstimate, planned_sweep, sweep_request};
+use super::work_estimate::{WorkEstimate, planned_sweep};
 use crate::config::{LoadedConfig, Settings};
+use crate::devices::SweepRequest;
 use crate::patrol::action::PatrolAction;
 use crate::patrol::event::{PatrolEvent, PatrolRequest, PatrolTask};
 use crate::patrol::machine::PatrolMachine;
@@ -331,7 +332,10 @@ impl Controller {
         active.settings = Arc::clone(&self.settings);
         let clock = self.services.scanner.clock();
         self.sweep_started = clock.now();
-        let planned = planned_sweep(&sweep_request(&active.settings, waypoint.as_deref()), clock);
+        let planned = planned_sweep(
+            &SweepRequest::new(&active.settings, waypoint.as_deref()),
+            clock,
+        );
         self.estimate.start_sweep(planned);
         self.services
             .scanner

@@ -328,10 +328,7 @@ impl<F: FnMut(ScannerEvent)> ScannerWorker<F> {
 /// On the devices' clock.
 pub(super) fn max_sweep_duration(settings: &Settings, waypoint: Option<&str>) -> Duration {
     let sweep = &settings.sweep;
-    let segments = match waypoint {
-        Some(name) => settings.pans_rad(name).len(),
-        None => sweep.pans_rad.len(),
-    };
+    let segments = settings.pans_rad(waypoint).len();
     let span_rad = (sweep.tilt_to_rad - sweep.tilt_from_rad).abs();
     let tilting = match sweep.mode {
         SweepMode::Continuous => {

@@ -140,11 +140,7 @@ impl Scanner for StationScanner {
         waypoint: Option<&str>,
         cancel: &Cancel,
     ) -> Result<RawSweep, ScannerError> {
-        let pans_rad = match waypoint {
-            Some(name) => settings.pans_rad(name),
-            None => &settings.sweep.pans_rad,
-        };
-        let request = SweepRequest::new(&settings.sweep, &settings.mount, pans_rad);
+        let request = SweepRequest::new(settings, waypoint);
         let swept = self
             .station
             .home_if_needed(cancel)

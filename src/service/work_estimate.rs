@@ -1,7 +1,7 @@
 //! How far a request is and how long it still takes, from what the last one took, or else from the plan of its sweep.
 
 use super::replies::WorkProgress;
-use crate::config::{Settings, SweepMode};
+use crate::config::SweepMode;
 use crate::devices::SweepRequest;
 use crate::patrol::machine::RequestStage;
 use link::Clock;
@@ -111,15 +111,6 @@ pub fn planned_sweep(request: &SweepRequest, clock: &Clock) -> Duration {
     clock.wall_time((tilting + SEGMENT_OVERHEAD) * segments)
 }
 
-/// The sweep at a waypoint, or a bare one.
-pub(super) fn sweep_request(settings: &Settings, waypoint: Option<&str>) -> SweepRequest {
-    let pans_rad = match waypoint {
-        Some(name) => settings.pans_rad(name),
-        None => &settings.sweep.pans_rad,
-    };
-    SweepRequest::new(&settings.sweep, &settings.mount, pans_rad)
-}
-
 #[cfg(test)]
 mod tests {
     use super::{WorkEstimate, planned_sweep};
@@ -195,7 +186,8 @@ mod tests {
     fn a_plan_follows_pans_and_the_time_scale() {
         let settings = Settings::defaults();
         let plan = |pans, scale| {
-            let request = SweepRequest::new(&settings.sweep, &settings.mount, &vec![0.0; pans]);
+            let mut request = SweepRequest::new(&settings, None);
+            request.pans_rad = vec![0.0; pans];
             planned_sweep(&request, &Clock::scaled(scale)).as_secs_f64()
         };
         // 60 deg at 5 deg/s, and 3 s.

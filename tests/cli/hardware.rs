@@ -222,7 +222,10 @@ fn without_service_and_devices_the_error_is_one_line() {
         ),
         (&["teach", "hall"], &["p.sock", "systemctl start patrold"]),
         // Both are absent: the error names the port that was opened first.
-        (&["sweep", "--out", "s.ply"], &[".port): no device at"]),
+        (
+            &["sweep", "--out", "s.ply"],
+            &[".port, set by c.toml:", "): no device at"],
+        ),
         (&["emulate", "--scene", "no.toml"], &["no.toml"]),
     ] {
         let config: &[&str] = if args[0] == "emulate" {

@@ -176,7 +176,10 @@ fn ranges_out_of_reach_are_clipped_or_refused() {
     let mut request = TestRig::request(SweepMode::Step);
     request.pans_rad = vec![3.1];
     let error = rig.plan(&request, &ptu).expect_err("out of reach");
-    assert!(error.to_string().contains("sweep.pans_deg"), "{error}");
+    assert!(
+        error.to_string().contains("sweep.pans_deg, its default"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The station's links in virtual time: both drivers against both emulated devices, without threads or sleeping. Ports are
 //! lost and reopened as by their threads. Several stations can use the same devices one after the other.
 
+use crate::config::SettingOrigins;
 use crate::devices::constants::{
     ABSENT_REOPEN_PAUSE, CANCEL_CHECK, CLOSE_LIMIT, INITIAL_REOPEN_PAUSE, MAX_REOPEN_PAUSE,
 };
@@ -66,6 +67,7 @@ impl<D: DeviceDriver> VirtualPort<D> {
                 name: format!("/dev/pts/{device}"),
                 baud: 9600,
                 unit: None,
+                origins: SettingOrigins::default(),
             },
             driver: None,
             open_at: now,
@@ -97,6 +99,7 @@ impl<D: DeviceDriver> VirtualPort<D> {
     fn update_plug(&mut self, is_in: bool, now: Duration) -> Option<PortEvent<D::Event>> {
         let port_error = |source| DeviceError::Port {
             device: self.name.device,
+            setting: self.name.setting(),
             source,
         };
         match (&self.driver, is_in) {

@@ -1,6 +1,6 @@
 //! A test rig in virtual time: both drivers and both emulated devices.
 
-use crate::config::{PtuConfig, Settings, SweepMode};
+use crate::config::{PtuConfig, SettingOrigins, Settings, SweepMode};
 use crate::devices::device_driver::{DeviceDriver, DriverOutput};
 use crate::devices::error::{Device, DeviceError};
 use crate::devices::head::{HeadCommand, HeadDriver, HeadEvent};
@@ -39,6 +39,7 @@ fn port(device: Device) -> PortConfig {
         name: format!("/dev/pts/{device}"),
         baud: 9600,
         unit: None,
+        origins: SettingOrigins::default(),
     }
 }
 
@@ -194,7 +195,7 @@ impl TestRig {
 
     pub(crate) fn request(mode: SweepMode) -> SweepRequest {
         let settings = Settings::defaults();
-        let mut request = SweepRequest::new(&settings.sweep, &settings.mount, &[0.0]);
+        let mut request = SweepRequest::new(&settings, None);
         request.mode = mode;
         request.mount = true_mount();
         request

@@ -1,6 +1,6 @@
 //! The request of a sweep: mode, angles, speed, mount.
 
-use crate::config::{MountConfig, SweepConfig, SweepMode};
+use crate::config::{Settings, SweepMode};
 use patrold_engine::geometry::Mount;
 
 /// A sweep in radians and metres.
@@ -22,20 +22,37 @@ pub struct SweepRequest {
     pub pans_rad: Vec<f64>,
     /// Chain from base to laser; stored with the sweep.
     pub mount: Mount,
+    /// The keys of the pans and of the tilt's two ends, and where they were set: for errors.
+    pub angle_settings: AngleSettings,
+}
+
+/// Keys of the angles of a sweep, each with the place that set it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct AngleSettings {
+    /// Of the pans.
+    pub pans: String,
+    /// Of the first and the last tilt.
+    pub tilt: String,
 }
 
 impl SweepRequest {
-    /// The configured sweep at these pans, radians; `Settings::pans_rad` has those of a waypoint.
-    pub fn new(settings: &SweepConfig, mount: &MountConfig, pans_rad: &[f64]) -> Self {
+    /// The configured sweep at a waypoint, or a bare one.
+    pub fn new(settings: &Settings, waypoint: Option<&str>) -> Self {
+        let (sweep, origins) = (&settings.sweep, &settings.origins);
+        let ends = ["sweep.tilt_from_deg", "sweep.tilt_to_deg"].map(|key| origins.quote(key));
         Self {
-            mode: settings.mode,
-            tilt_from_rad: settings.tilt_from_rad,
-            tilt_to_rad: settings.tilt_to_rad,
-            speed_rad_s: settings.speed_rad_s,
-            step_rad: settings.step_rad,
-            time_offset_s: settings.time_offset_s,
-            pans_rad: pans_rad.to_vec(),
-            mount: mount.chain(),
+            mode: sweep.mode,
+            tilt_from_rad: sweep.tilt_from_rad,
+            tilt_to_rad: sweep.tilt_to_rad,
+            speed_rad_s: sweep.speed_rad_s,
+            step_rad: sweep.step_rad,
+            time_offset_s: sweep.time_offset_s,
+            pans_rad: settings.pans_rad(waypoint).to_vec(),
+            mount: settings.mount.chain(),
+            angle_settings: AngleSettings {
+                pans: origins.quote(&settings.pans_key(waypoint)),
+                tilt: ends.join("; "),
+            },
         }
     }
 }

@@ -8,7 +8,8 @@ use ptu::HeadIdentity;
 use scip::LaserParameters;
 
 fn plan(settings: &Settings, head: &HeadIdentity, pans_rad: &[f64]) -> SweepPlan {
-    let request = SweepRequest::new(&settings.sweep, &settings.mount, pans_rad);
+    let mut request = SweepRequest::new(settings, None);
+    request.pans_rad = pans_rad.to_vec();
     let head = HeadFacts {
         identity: head,
         settings: &settings.ptu,

@@ -138,7 +138,7 @@ impl TiltAxis<'_> {
                     request.tilt_from_rad.to_degrees(),
                     request.tilt_to_rad.to_degrees()
                 ),
-                key: "sweep.tilt_from_deg and sweep.tilt_to_deg",
+                setting: request.angle_settings.tilt.clone(),
             }
         };
         let wanted = (

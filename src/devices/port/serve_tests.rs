@@ -1,6 +1,7 @@
 //! What one opening of a port leaves to the next, with a driver whose events are the letters of its port's name.
 
 use super::{INITIAL_REOPEN_PAUSE, PortEvent, PortRequest, PortRunner, ServeEnd};
+use crate::config::SettingOrigins;
 use crate::devices::device_driver::{DeviceDriver, DriverOutput};
 use crate::devices::error::{Device, DeviceError};
 use crate::devices::port_config::{OpenAttempt, PortConfig};
@@ -102,6 +103,7 @@ fn runner<F: FnMut(PortEvent<char>, Duration) -> bool>(
             name: name.to_owned(),
             baud: 115_200,
             unit: None,
+            origins: SettingOrigins::default(),
         },
         clock: Clock::scaled(1000.0),
         requests,

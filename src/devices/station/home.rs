@@ -59,7 +59,11 @@ impl Station {
                 Some(PortMessage::Head(PortEvent::Device(HeadEvent::Ptu(event)))) => match event {
                     event if is_done(&event) => return Ok(()),
                     PtuEvent::Fault(error) => {
-                        return Err(head_error(&error, &self.head_port.name));
+                        return Err(head_error(
+                            &error,
+                            &self.head_port.name,
+                            &self.head_port.setting(),
+                        ));
                     }
                     PtuEvent::Restarted | PtuEvent::EchoReturned | PtuEvent::VerboseReturned => {
                         return Err(DeviceError::PositionLost {

@@ -1,10 +1,11 @@
 //! Requests come in; those whose clients do not wait can be asked for, and ended.
 
 use super::Controller;
+use crate::devices::SweepRequest;
 use crate::patrol::event::{PatrolEvent, PatrolRequest, PatrolTask};
 use crate::service::message::{CancelResult, ClientRequest, ReplyTo};
 use crate::service::replies::{RequestReply, WorkProgress};
-use crate::service::work_estimate::{planned_sweep, sweep_request};
+use crate::service::work_estimate::planned_sweep;
 use std::time::Instant;
 use tokio::sync::oneshot;
 
@@ -78,7 +79,7 @@ impl Controller {
     pub(super) fn progress_of(&self, request: &PatrolRequest) -> WorkProgress {
         let waypoint = (request.task != PatrolTask::Sweep).then_some(request.waypoint.as_str());
         let planned = planned_sweep(
-            &sweep_request(&self.settings, waypoint),
+            &SweepRequest::new(&self.settings, waypoint),
             self.services.scanner.clock(),
         );
         self.estimate.progress(planned, Instant::now())
