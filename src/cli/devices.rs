@@ -48,16 +48,19 @@ pub(super) fn run(args: &DevicesArgs) -> CommandResult {
     } else {
         output::line(match &laser {
             Ok(report) => laser_text(report),
-            Err(error) => format!("laser: {error}"),
+            // It names the device.
+            Err(error) => error.to_string(),
         })?;
         output::line(match &ptu {
             Ok(report) => head_text(report),
-            Err(error) => format!("pan-tilt: {error}"),
+            Err(error) => error.to_string(),
         })?;
         for note in &survey.sweep_notes {
             output::line(format!("sweep: {note}"))?;
         }
-        output::line(ports_text(&ports))?;
+        if let Some(text) = ports_text(&ports, [&settings.laser.port, &settings.ptu.port]) {
+            output::line(text)?;
+        }
     }
     Ok(if laser.is_ok() && ptu.is_ok() {
         DONE
@@ -77,9 +80,12 @@ pub(super) fn device_json(
     }
 }
 
-fn ports_text(ports: &[PortReport]) -> String {
+/// The serial ports. That there is none matters only where a device is on one.
+fn ports_text(ports: &[PortReport], configured: [&str; 2]) -> Option<String> {
     if ports.is_empty() {
-        return "ports: no serial port with a device found".to_owned();
+        let is_serial = |name: &&str| !name.starts_with("tcp:");
+        let wants_one = configured.iter().any(is_serial);
+        return wants_one.then(|| "ports: no serial port with a device found".to_owned());
     }
     let line = |port: &PortReport| {
         let mut parts = vec![port.usb.clone().unwrap_or_else(|| "not on USB".to_owned())];
@@ -90,7 +96,10 @@ fn ports_text(ports: &[PortReport]) -> String {
         parts.extend(port.configured_as.iter().map(|key| (*key).to_owned()));
         format!("\n  {}: {}", port.path, parts.join(", "))
     };
-    format!("ports:{}", ports.iter().map(line).collect::<String>())
+    Some(format!(
+        "ports:{}",
+        ports.iter().map(line).collect::<String>()
+    ))
 }
 
 fn laser_text(report: &LaserReport) -> String {
@@ -139,4 +148,28 @@ fn head_text(report: &HeadReport) -> String {
         ));
     }
     lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ports_text;
+    use crate::devices::PortReport;
+
+    #[test]
+    fn no_serial_port_is_said_only_where_a_device_is_on_one() {
+        let (laser, head) = ("tcp:10.0.0.2:10940", "tcp:10.0.0.3:4001");
+        assert_eq!(ports_text(&[], [laser, head]), None);
+        for serial in [[laser, "/dev/ttyUSB0"], ["usb:15d1:0000", head]] {
+            assert!(ports_text(&[], serial).is_some_and(|text| text.contains("no serial port")));
+        }
+        let free = PortReport {
+            path: "/dev/ttyS0".to_owned(),
+            usb: None,
+            product: None,
+            held_by: Vec::new(),
+            configured_as: Vec::new(),
+        };
+        let listed = ports_text(&[free], [laser, head]).expect("listed");
+        assert_eq!(listed, "ports:\n  /dev/ttyS0: not on USB");
+    }
 }
