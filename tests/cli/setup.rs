@@ -4,6 +4,7 @@ use crate::hardware::{folder, start_emulator, start_emulator_at};
 use crate::harness::program::{command, patrold};
 use crate::harness::schema;
 use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
 use std::process::Stdio;
 
 #[test]
@@ -94,7 +95,7 @@ fn a_drop_in_that_is_there_is_kept_aside_and_a_later_one_that_wins_is_reported()
     assert_eq!(ran.code, 2, "{ran:?}");
     assert!(
         ran.err
-            .contains("comes after 10-devices.toml names other ports (ptu, laser)"),
+            .contains("comes after 10-devices.toml names other ports (ptu, laser): laser.port, set by c.d/20-site.toml:1, which wins over"),
         "{ran:?}"
     );
     assert_eq!(read("c.d/10-devices.toml"), earlier);
@@ -104,6 +105,34 @@ fn a_drop_in_that_is_there_is_kept_aside_and_a_later_one_that_wins_is_reported()
     let ran = patrold(dir.path(), &once);
     assert_eq!(ran.code, 1, "{ran:?}");
     assert!(ran.err.contains("H9999999"), "{ran:?}");
+}
+
+#[test]
+fn who_may_not_write_the_configuration_is_asked_to_be_root() {
+    let dir = folder();
+    let may = std::process::Command::new("setpriv")
+        .arg("--version")
+        .output();
+    if !rustix::process::geteuid().is_root() || may.is_err() {
+        eprintln!("skipped: needs root and setpriv, to be another user");
+        return;
+    }
+    fs::set_permissions(dir.path(), fs::Permissions::from_mode(0o755)).expect("set");
+    let program = dir.path().join("patrold");
+    fs::copy(env!("CARGO_BIN_EXE_patrold"), &program).expect("copied");
+    let ran = std::process::Command::new("setpriv")
+        .args(["--reuid", "61003", "--regid", "61003", "--clear-groups"])
+        .arg(program)
+        .args(["setup", "--config"])
+        .arg(dir.path().join("c.toml"))
+        .output()
+        .expect("runs");
+    let text = String::from_utf8_lossy(&ran.stderr);
+    assert_eq!(ran.status.code(), Some(1), "{text}");
+    assert!(
+        text.contains("c.d, which this user may not: run it as root") && !text.contains("group"),
+        "{text}"
+    );
 }
 
 #[test]

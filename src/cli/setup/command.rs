@@ -3,7 +3,7 @@
 use super::picture::{Side, picture};
 use super::search::{FoundDevices, find};
 use crate::cli::calibrate::take_sweeps;
-use crate::cli::calibration_report::{report_json, report_lines};
+use crate::cli::calibration_report::{has_proposals, report_json, report_lines};
 use crate::cli::client::NoStatus;
 use crate::cli::failure::{CommandResult, DONE, FAILED, Failure};
 use crate::cli::sweep::take_sweep;
@@ -12,6 +12,8 @@ use crate::config::{LoadedConfig, Settings, ValueOrigin, devices_drop_in, drop_i
 use clap::Args;
 use link::Clock;
 use patrold_engine::sweep::{Calibration, Sweep, assemble, calibrate};
+use rustix::fs::Access;
+use rustix::io::Errno;
 use serde_json::{Value, json};
 use std::fs;
 use std::io;
@@ -43,6 +45,7 @@ pub(crate) struct SetupArgs {
 }
 
 pub(crate) fn run(args: &SetupArgs) -> CommandResult {
+    check_rights(args.config.as_deref())?;
     let settings = settings_without_earlier_laser(args.config.as_deref())?;
     match client::request_status(&settings.api.socket)? {
         Err(NoStatus { is_down: true, .. }) => {}
@@ -106,6 +109,21 @@ pub(crate) fn run(args: &SetupArgs) -> CommandResult {
         output::line(lines.join("\n"))?;
     }
     Ok(if failed { FAILED } else { DONE })
+}
+
+/// The folder of the drop-in is written to, or the nearest above it that is there, and the service is asked: who may do the one
+/// may do the other.
+fn check_rights(config: Option<&Path>) -> Result<(), Failure> {
+    let folder = std::path::absolute(drop_in_folder(config)).map_err(Failure::failed)?;
+    let existing = folder.ancestors().find(|folder| folder.exists());
+    let access = Access::WRITE_OK | Access::EXEC_OK;
+    match existing.map(|existing| rustix::fs::access(existing, access)) {
+        Some(Err(Errno::ACCESS)) => Err(Failure::Failed(format!(
+            "setup writes to {}, which this user may not: run it as root",
+            folder.display()
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// A laser that an earlier setup named may be another one now; one that a person named may not.
@@ -175,9 +193,17 @@ fn name_devices(
         if (&wanted.laser.port, &wanted.ptu.port) == (&got.laser.port, &got.ptu.port) {
             return Ok(settings);
         }
+        let differs = [
+            ("laser.port", wanted.laser.port != got.laser.port),
+            ("ptu.port", wanted.ptu.port != got.ptu.port),
+        ];
+        let differs = differs.into_iter().filter(|(_, differs)| *differs);
+        let settings: Vec<String> = differs.map(|(key, _)| got.origins.quote(key)).collect();
         Err(Failure::Usage(format!(
-            "a file of the configuration that comes after {DROP_IN} names other ports ({}, {}); see patrold config show, and take them out there",
-            got.laser.port, got.ptu.port
+            "a file of the configuration that comes after {DROP_IN} names other ports ({}, {}): {}; take them out there",
+            got.laser.port,
+            got.ptu.port,
+            settings.join(", and ")
         )))
     })
 }
@@ -213,9 +239,13 @@ fn result_lines(
             "no calibration: {why}; measure mount.xyz_m by hand, or take another place"
         )),
     }
-    lines.push(format!(
-        "next: write the lines that are right to {}, start the service, then patrold teach NAME",
-        drop_in.with_file_name(MOUNT_FILE).display()
-    ));
+    let start = "start the service, then patrold teach NAME";
+    lines.push(match calibration {
+        Some(Ok(calibration)) if has_proposals(calibration) => format!(
+            "next: write the lines that are right to {}, {start}",
+            drop_in.with_file_name(MOUNT_FILE).display()
+        ),
+        _ => format!("next: {start}"),
+    });
     lines
 }
