@@ -16,6 +16,8 @@ const FIRST_LINE_AFTER: Duration = Duration::from_secs(5);
 const NEXT_LINE_AFTER: Duration = Duration::from_secs(10);
 /// Period of a bar that moves by itself.
 const REDRAW: Duration = Duration::from_millis(200);
+/// A share that falls by more than this is of work that is done again; by less, of a better estimate.
+const MAX_SHARE_ERROR: f64 = 0.1;
 /// Steps of a bar.
 const BAR_STEPS: f64 = 1000.0;
 /// A phase that is not over is shown as this much of itself at most.
@@ -32,6 +34,8 @@ struct ShownWork {
     bar: Option<ProgressBar>,
     /// Of counted work.
     steps: (usize, usize),
+    /// The largest share so far.
+    furthest: f64,
 }
 
 impl Work {
@@ -52,6 +56,7 @@ impl Work {
             last_line: None,
             bar,
             steps: (0, 0),
+            furthest: 0.0,
         })))
     }
 
@@ -108,6 +113,7 @@ impl Drop for Work {
 
 impl ShownWork {
     fn show(&mut self, now: Instant, phase: &str, share: Option<f64>, seconds_left: Option<f64>) {
+        let phase = &self.with_repeats(phase, share);
         match &self.bar {
             Some(bar) => {
                 bar.set_message(format!("{}: {phase}", self.title));
@@ -119,6 +125,17 @@ impl ShownWork {
                     output::progress_line(&line);
                 }
             }
+        }
+    }
+
+    /// The phase, and whether it belongs to a repeat: a bar that goes back is no fault.
+    fn with_repeats(&mut self, phase: &str, share: Option<f64>) -> String {
+        self.furthest = self.furthest.max(share.unwrap_or(0.0));
+        match share {
+            Some(share) if share < self.furthest - MAX_SHARE_ERROR => {
+                format!("{phase} again: the first attempt was not good enough")
+            }
+            _ => phase.to_owned(),
         }
     }
 
@@ -282,6 +299,7 @@ mod tests {
             last_line: None,
             bar: None,
             steps: (0, 0),
+            furthest: 0.0,
         };
         let mut lines = Vec::new();
         for second in 0..30_u64 {
@@ -296,6 +314,25 @@ mod tests {
             "hall: sweeping, 62 %, 15 s left",
         ];
         assert_eq!(lines, expected);
+    }
+
+    #[test]
+    fn a_share_that_falls_is_of_a_repeat() {
+        let mut work = ShownWork {
+            title: String::new(),
+            started: Instant::now(),
+            last_line: None,
+            bar: None,
+            steps: (0, 0),
+            furthest: 0.0,
+        };
+        let mut shown = |share| work.with_repeats("sweeping", share);
+        assert_eq!(shown(Some(0.5)), "sweeping");
+        assert_eq!(shown(Some(0.41)), "sweeping", "another estimate");
+        assert_eq!(shown(None), "sweeping");
+        let again = "sweeping again: the first attempt was not good enough";
+        assert_eq!(shown(Some(0.1)), again);
+        assert_eq!(shown(Some(0.6)), "sweeping");
     }
 
     #[test]

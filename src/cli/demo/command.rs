@@ -3,7 +3,7 @@
 use super::building::demo_waypoints;
 use super::report::DemoReport;
 use super::rounds::run_rounds;
-use super::system::DemoSystem;
+use super::system::{DemoSystem, MIN_TIME_SCALE};
 use crate::cli::failure::{CommandResult, DONE, FAILED, Failure};
 use crate::cli::signals::TerminationSignals;
 use crate::cli::{files, output};
@@ -44,7 +44,14 @@ pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     print(&format!(
         "both devices emulated on pseudo-terminals, time scale {scale}"
     ))?;
-    let quiet_visits = run_rounds(&mut system, &waypoints, args.seed, &print)?;
+    let rounds = run_rounds(&mut system, &waypoints, args.seed, &print);
+    let slow_machine = system.slow_machine_advice();
+    let warn_of_slow_machine = || {
+        slow_machine
+            .iter()
+            .for_each(|advice| output::warning(advice))
+    };
+    let quiet_visits = rounds.inspect_err(|_| warn_of_slow_machine())?;
     let final_time_scale = system.time_scale();
     system.stop()?;
     let report = DemoReport::new(&waypoints, quiet_visits, &state.path)?;
@@ -53,6 +60,9 @@ pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     } else {
         output::line(report.text())?;
         output::line(next_steps(args.state.as_deref()))?;
+    }
+    if !report.is_correct() {
+        warn_of_slow_machine();
     }
     Ok(if report.is_correct() { DONE } else { FAILED })
 }
@@ -134,7 +144,7 @@ fn next_steps(state: Option<&Path>) -> String {
 
 fn parse_demo_time_scale(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(x) if (0.1..=100.0).contains(&x) => Ok(x),
+        Ok(x) if (MIN_TIME_SCALE..=100.0).contains(&x) => Ok(x),
         _ => Err(format!("expected a number from 0.1 to 100, got {text:?}")),
     }
 }

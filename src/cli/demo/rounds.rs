@@ -6,7 +6,8 @@ use crate::cli::failure::Failure;
 use crate::service::replies::{TeachReply, VisitReply};
 use serde_json::json;
 
-/// Attempts at a waypoint while the answer is `not_observed` or the reference is refused; time runs slower after each.
+/// Attempts at a waypoint while the answer is `not_observed` or the reference is refused; time runs slower after each, as a slow
+/// machine is the usual reason.
 const MAX_ATTEMPTS: usize = 4;
 
 /// Runs all rounds. Returns the visits of the quiet round, which the alarm log does not have.
@@ -41,11 +42,11 @@ fn teach(system: &mut DemoSystem, waypoint: &DemoWaypoint) -> Result<TeachReply,
     let world = build_world(&waypoint.before)?;
     system.set_scene(world, robot_pose(&waypoint.before, None))?;
     let mut reply = system.request("/teach", waypoint.name, json!({"new": true}));
-    for _ in 1..MAX_ATTEMPTS {
-        if reply.is_ok() {
+    for attempt in 2..=MAX_ATTEMPTS {
+        let Err(why) = &reply else {
             break;
-        }
-        system.slow_down();
+        };
+        system.slow_down(&again(waypoint.name, &why.to_string(), attempt));
         reply = system.request("/teach", waypoint.name, json!({"new": true}));
     }
     reply
@@ -85,13 +86,18 @@ fn visit_all(
     Ok(visits)
 }
 
+fn again(waypoint: &str, why: &str, attempt: usize) -> String {
+    format!("{waypoint}: {why}; attempt {attempt} of {MAX_ATTEMPTS}")
+}
+
 fn visit(system: &mut DemoSystem, waypoint: &str) -> Result<VisitReply, Failure> {
     let mut visit: VisitReply = system.request("/visit", waypoint, json!({}))?;
-    for _ in 1..MAX_ATTEMPTS {
+    for attempt in 2..=MAX_ATTEMPTS {
         if visit.verdict != "not_observed" {
             break;
         }
-        system.slow_down();
+        let why = format!("not observed: {}", visit.reason);
+        system.slow_down(&again(waypoint, &why, attempt));
         visit = system.request("/visit", waypoint, json!({}))?;
     }
     Ok(visit)

@@ -2,7 +2,7 @@
 
 use super::building::{DemoWaypoint, build_world};
 use crate::cli::failure::Failure;
-use crate::cli::{client, files};
+use crate::cli::{client, files, output};
 use crate::config::load;
 use crate::service::{ServiceParts, StationConnector, run_until};
 use crate::store::SystemDisk;
@@ -26,6 +26,8 @@ const ROUNDS: usize = 3;
 const SLOW_DOWN_FACTOR: f64 = 0.6;
 /// Time speeds up again where the lag is below this share of the limit.
 const SPEED_UP_SHARE: f64 = 0.4;
+/// The lowest time scale that the command takes.
+pub(super) const MIN_TIME_SCALE: f64 = 0.1;
 /// Wall time within which the service must listen.
 const LISTEN_TIMEOUT: Duration = Duration::from_secs(10);
 
@@ -34,6 +36,8 @@ pub(super) struct DemoSystem {
     clock: Clock,
     /// As asked for; never faster.
     wanted_time_scale: f64,
+    /// The lowest so far.
+    lowest_time_scale: f64,
     emulator: Emulator,
     socket: PathBuf,
     /// Of the robot: this one, and all of them.
@@ -81,6 +85,7 @@ impl DemoSystem {
         let mut system = Self {
             clock,
             wanted_time_scale: time_scale,
+            lowest_time_scale: time_scale,
             emulator,
             socket,
             stops: (0, ROUNDS * waypoints.len()),
@@ -102,8 +107,17 @@ impl DemoSystem {
         robot_pose: Pose2d,
     ) -> Result<(), Failure> {
         let mean_lag_s = self.emulator.take_lag().mean_s;
-        let scale = next_time_scale(self.clock.scale(), self.wanted_time_scale, mean_lag_s);
-        self.set_time_scale(scale);
+        let before = self.clock.scale();
+        let scale = next_time_scale(before, self.wanted_time_scale, mean_lag_s);
+        if scale < before {
+            output::progress_line(&too_slow(mean_lag_s, before));
+            self.lower_time_scale(scale);
+        } else if scale > before {
+            output::progress_line(&format!(
+                "this machine keeps up again; time scale raised to {scale:.1}"
+            ));
+            self.clock.set_scale(scale);
+        }
         self.stops.0 += 1;
         self.emulator.set_world(world);
         self.emulator.drive_to(robot_pose);
@@ -122,19 +136,22 @@ impl DemoSystem {
         client::request_at_waypoint(&self.socket, path, waypoint, options, &title)
     }
 
-    /// Lowers the time scale, with a line on standard error.
-    pub(super) fn slow_down(&self) {
-        self.set_time_scale(self.clock.scale() * SLOW_DOWN_FACTOR);
+    /// Lowers the time scale before another attempt, and reports on standard error why.
+    pub(super) fn slow_down(&mut self, why: &str) {
+        output::progress_line(why);
+        self.lower_time_scale(self.clock.scale() * SLOW_DOWN_FACTOR);
     }
 
-    fn set_time_scale(&self, scale: f64) {
-        let before = self.clock.scale();
-        if scale < before {
-            eprintln!("patrold: this machine lags; time scale lowered to {scale:.1}");
-        } else if scale > before {
-            eprintln!("patrold: this machine keeps up again; time scale raised to {scale:.1}");
-        }
+    fn lower_time_scale(&mut self, scale: f64) {
+        output::progress_line(&format!("time scale lowered to {scale:.1}"));
         self.clock.set_scale(scale);
+        self.lowest_time_scale = self.lowest_time_scale.min(scale);
+    }
+
+    /// Why the rounds may have gone wrong, and what to do: where this machine did not keep the devices' time.
+    pub(super) fn slow_machine_advice(&self) -> Option<String> {
+        let (lowest, wanted) = (self.lowest_time_scale, self.wanted_time_scale);
+        (lowest < wanted).then(|| slow_machine_advice(lowest))
     }
 
     pub(super) fn time_scale(&self) -> f64 {
@@ -190,6 +207,21 @@ impl Drop for DemoSystem {
         // Its error was returned by `stop`, or another failure is being returned.
         let _ = self.stop_service();
     }
+}
+
+fn too_slow(mean_lag_s: f64, scale: f64) -> String {
+    format!(
+        "this machine is too slow to keep the devices' time at time scale {scale:.1}: they lag by {:.0} ms of it, {:.0} are harmless; what they miss is swept again, which takes longer. End what else runs here",
+        1e3 * mean_lag_s,
+        1e3 * MAX_MEAN_LAG_S
+    )
+}
+
+fn slow_machine_advice(lowest_scale: f64) -> String {
+    format!(
+        "this machine was too slow to keep the devices' time (time scale {lowest_scale:.1} at the lowest), so that sweeps had gaps: end what else runs here, or try patrold demo --time-scale {:.1}",
+        (lowest_scale * SLOW_DOWN_FACTOR).max(MIN_TIME_SCALE)
+    )
 }
 
 /// The time scale after a visit with this mean lag, in device time.
@@ -251,7 +283,7 @@ fn spawn_service(
 
 #[cfg(test)]
 mod tests {
-    use super::{MAX_MEAN_LAG_S, SLOW_DOWN_FACTOR, next_time_scale};
+    use super::{MAX_MEAN_LAG_S, SLOW_DOWN_FACTOR, next_time_scale, slow_machine_advice, too_slow};
 
     #[test]
     fn time_slows_down_with_the_lag_and_speeds_up_again_to_what_was_asked() {
@@ -267,6 +299,22 @@ mod tests {
             scale = next;
         }
         assert_eq!(scale, 10.0);
+    }
+
+    #[test]
+    fn a_slow_machine_is_named_with_what_to_do() {
+        let text = too_slow(0.035, 10.0);
+        assert!(
+            text.contains("too slow to keep the devices' time at time scale 10.0: they lag by 35 ms of it, 20 are harmless"),
+            "{text}"
+        );
+        assert!(text.contains("swept again") && text.ends_with("End what else runs here"));
+        let advice = slow_machine_advice(3.6);
+        assert!(
+            advice.contains("time scale 3.6") && advice.ends_with("--time-scale 2.2"),
+            "{advice}"
+        );
+        assert!(slow_machine_advice(0.11).ends_with("--time-scale 0.1"));
     }
 
     #[test]
