@@ -9,6 +9,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 const BYTES_PER_GB: f64 = 1e9;
+/// Digits of a number of a device: a tenth of a degree of an angle, a hundredth of a volt or degree Celsius.
+const SHOWN_DIGITS: usize = 4;
 
 /// All that `patrold status` reports.
 #[derive(Debug, Serialize)]
@@ -180,7 +182,21 @@ fn short(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
         Value::Array(list) => list.iter().map(short).collect::<Vec<_>>().join(" "),
+        Value::Number(number) if number.is_f64() => {
+            number.as_f64().map_or_else(String::new, short_number)
+        }
         other => other.to_string(),
+    }
+}
+
+/// With the digits that matter to a reader.
+fn short_number(x: f64) -> String {
+    let before_point = x.abs().max(1.0).log10().floor() as usize + 1;
+    let decimals = SHOWN_DIGITS.saturating_sub(before_point);
+    let text = format!("{x:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
     }
 }
 
@@ -254,7 +270,20 @@ fn waypoint_table(waypoints: &[WaypointReport]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{ServiceReport, service_lines};
+    use super::{ServiceReport, service_lines, short};
+    use serde_json::json;
+
+    #[test]
+    fn numbers_of_devices_have_the_digits_that_matter() {
+        let azimuth = json!([-119.882_812_499_999_99, 119.882_812_499_999_99]);
+        assert_eq!(short(&azimuth), "-119.9 119.9");
+        let temperatures = json!([37.777_777_777_777_78, 0.0, -3.333_333_333_333_333_5]);
+        assert_eq!(short(&temperatures), "37.78 0 -3.333");
+        assert_eq!(
+            short(&json!([10.0, 682, 24.5, 12_345.678])),
+            "10 682 24.5 12346"
+        );
+    }
 
     #[test]
     fn only_a_service_that_is_not_there_is_down() {
