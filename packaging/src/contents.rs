@@ -1,11 +1,11 @@
 //! What the package holds: its files, the unit, the maintainer scripts.
 
-use crate::generate;
+use crate::{documents, generate};
 use patrold::config::Settings;
 use patrold_test_support::workspace_root;
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Highest exposure of the unit, of 10 (`systemd-analyze security`).
@@ -57,7 +57,7 @@ fn matching(root: &Path, source: &str) -> Vec<String> {
 #[test]
 fn every_file_of_the_package_is_there() {
     let made = tempfile::tempdir().expect("a folder");
-    generate::write_all(&made.path().join("target/package")).expect("written");
+    generate::write_all(&workspace_root(), &made.path().join("target/package")).expect("written");
     // cargo-deb finds these by their names in the folder of the unit.
     assert_eq!(
         package()["systemd-units"]["unit-scripts"].as_str(),
@@ -84,8 +84,17 @@ fn every_file_of_the_package_is_there() {
             );
         }
     }
-    for all in ["target/package/man/*", "target/package/completions/*"] {
+    for all in [
+        "target/package/man/*",
+        "target/package/completions/*",
+        "target/package/doc/*",
+        "target/package/doc/docs/*",
+        "target/package/doc/docs/protocols/*",
+    ] {
         for file in matching(made.path(), all) {
+            if made.path().join(&file).is_dir() {
+                continue;
+            }
             assert!(packaged.contains(&file), "{file} is not in the package");
         }
     }
@@ -94,6 +103,66 @@ fn every_file_of_the_package_is_there() {
         matching(made.path(), "target/package/completions/*").len(),
         shells
     );
+}
+
+/// Path of each file in the package, from its root.
+fn installed(made: &Path) -> BTreeSet<PathBuf> {
+    let mut files = BTreeSet::new();
+    for (source, to) in assets() {
+        let root = match source.starts_with("target/package/") {
+            true => made.to_owned(),
+            false => workspace_root(),
+        };
+        for file in matching(&root, &source) {
+            let name = Path::new(&file).file_name().expect("a file");
+            let is_folder = to.ends_with('/');
+            files.insert(if is_folder {
+                Path::new(&to).join(name)
+            } else {
+                PathBuf::from(&to)
+            });
+        }
+    }
+    // cargo-deb compresses it.
+    files.insert(Path::new(documents::INSTALLED).join("changelog.gz"));
+    files
+}
+
+#[test]
+fn every_link_of_a_document_leads_into_the_package() {
+    let made = tempfile::tempdir().expect("a folder");
+    generate::write_all(&workspace_root(), &made.path().join("target/package")).expect("written");
+    let installed = installed(made.path());
+    let (mut links, mut read) = (0, 0);
+    for document in &installed {
+        let Ok(path) = document.strip_prefix(documents::INSTALLED) else {
+            continue;
+        };
+        let Ok(text) = fs::read_to_string(made.path().join("target/package/doc").join(path)) else {
+            continue;
+        };
+        read += 1;
+        let parts = text.split("](").skip(1);
+        let targets = parts
+            .filter_map(|part| part.split_once(')'))
+            .map(|(target, _)| target);
+        for target in targets.filter(|to| !to.starts_with('#') && !to.contains("://")) {
+            let file = target.split('#').next().unwrap_or_default();
+            // An absolute path replaces the folder.
+            let file = Path::new("/").join(document).with_file_name("").join(file);
+            let mut steps = PathBuf::new();
+            for part in file.components().skip(1) {
+                match part.as_os_str().to_str() {
+                    Some("..") => drop(steps.pop()),
+                    _ => steps.push(part),
+                }
+            }
+            let is_there = installed.iter().any(|there| there.starts_with(&steps));
+            assert!(is_there, "{}: {target}", document.display());
+            links += 1;
+        }
+    }
+    assert!(read > 5 && links > 20, "{read} documents, {links} links");
 }
 
 #[test]

@@ -1,6 +1,8 @@
-//! The command line in, manual pages (`man/`) and completions (`completions/`) out.
+//! The command line in, manual pages (`man/`) and completions (`completions/`) out, and the documents (`doc/`) of the package.
 
-use clap::CommandFactory as _;
+use crate::documents;
+use crate::synopsis::with_synopses;
+use clap::{Command, CommandFactory as _};
 use clap_complete::Shell;
 use patrold::cli::Cli;
 use std::fs;
@@ -10,14 +12,20 @@ use std::path::Path;
 /// Shells whose completions are packaged.
 pub(crate) const SHELLS: [Shell; 3] = [Shell::Bash, Shell::Zsh, Shell::Fish];
 
-/// Writes one page for each command and one file for each shell. Old pages are deleted: a command may be gone.
-pub(crate) fn write_all(folder: &Path) -> io::Result<()> {
-    let pages = folder.join("man");
-    if pages.is_dir() {
-        fs::remove_dir_all(&pages)?;
+/// Writes one page for each command, one file for each shell, and the documents. Old ones are deleted: a command may be gone.
+pub(crate) fn write_all(repository: &Path, folder: &Path) -> io::Result<()> {
+    let [pages, documents] = ["man", "doc"].map(|name| folder.join(name));
+    for old in [&pages, &documents] {
+        if old.is_dir() {
+            fs::remove_dir_all(old)?;
+        }
+        fs::create_dir_all(old)?;
     }
-    fs::create_dir_all(&pages)?;
-    clap_mangen::generate_to(Cli::command(), &pages)?;
+    write_pages(
+        with_synopses(Cli::command().disable_help_subcommand(true)),
+        &pages,
+    )?;
+    documents::write_all(repository, &documents)?;
     let completions = folder.join("completions");
     fs::create_dir_all(&completions)?;
     for shell in SHELLS {
@@ -26,11 +34,23 @@ pub(crate) fn write_all(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
+fn write_pages(command: Command, folder: &Path) -> io::Result<()> {
+    let inner = command
+        .get_subcommands()
+        .filter(|inner| !inner.is_hide_set());
+    for inner in inner.cloned() {
+        write_pages(inner, folder)?;
+    }
+    clap_mangen::Man::new(command).generate_to(folder)?;
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::write_all;
     use clap::{Command, CommandFactory as _};
     use patrold::cli::Cli;
+    use patrold_test_support::workspace_root;
     use std::collections::BTreeSet;
     use std::fs;
 
@@ -51,7 +71,7 @@ mod tests {
         let stale = folder.path().join("man/patrold-gone.1");
         fs::create_dir_all(folder.path().join("man")).expect("a folder");
         fs::write(&stale, "").expect("written");
-        write_all(folder.path()).expect("written");
+        write_all(&workspace_root(), folder.path()).expect("written");
 
         let mut all = Vec::new();
         commands(&Cli::command(), "", &mut all);
@@ -77,5 +97,20 @@ mod tests {
         }
         let visit = fs::read_to_string(folder.path().join("man/patrold-visit.1")).expect("a page");
         assert!(visit.contains("Inspect waypoint NAME") && visit.contains("\\-\\-json"));
+        let section = |title: &str| {
+            let after = visit.split_once(&format!(".SH {title}\n")).expect(title).1;
+            after
+                .split(".SH")
+                .next()
+                .unwrap_or_default()
+                .trim()
+                .to_owned()
+        };
+        assert!(!section("NAME").contains("  "), "{:?}", section("NAME"));
+        let synopsis = section("SYNOPSIS").replace('\\', "");
+        assert!(
+            synopsis.contains("[--config FILE]") && synopsis.contains(" NAME"),
+            "{synopsis:?}"
+        );
     }
 }

@@ -1,10 +1,13 @@
-//! Writes manual pages and shell completions of patrold into a folder: `cargo run -p patrold-packaging -- target/package`.
+//! Writes manual pages, shell completions and documents of patrold into a folder:
+//! `cargo run --release -p patrold-packaging -- target/package`.
 
 #[cfg(test)]
 mod contents;
+mod documents;
 mod generate;
+mod synopsis;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -12,7 +15,9 @@ fn main() -> ExitCode {
         eprintln!("patrold-packaging: no folder given; name the folder to write to");
         return ExitCode::from(2);
     };
-    match generate::write_all(&folder) {
+    // The folder of this crate lies in that of the repository.
+    let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    match generate::write_all(&repository, &folder) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("patrold-packaging: {}: {error}", folder.display());
