@@ -9,6 +9,10 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
+/// Foot of each page.
+const SOURCE: &str = concat!("patrold ", env!("CARGO_PKG_VERSION"));
+/// Begins each page: lines are not stretched to the margin, which would put two spaces into the name.
+const LEFT_ALIGNED: &[u8] = b".ad l\n";
 /// Shells whose completions are packaged.
 pub(crate) const SHELLS: [Shell; 3] = [Shell::Bash, Shell::Zsh, Shell::Fish];
 
@@ -41,7 +45,15 @@ fn write_pages(command: Command, folder: &Path) -> io::Result<()> {
     for inner in inner.cloned() {
         write_pages(inner, folder)?;
     }
-    clap_mangen::Man::new(command).generate_to(folder)?;
+    let page = clap_mangen::Man::new(command).source(SOURCE);
+    let mut text = Vec::new();
+    page.render(&mut text)?;
+    let text = LEFT_ALIGNED
+        .iter()
+        .chain(&text)
+        .copied()
+        .collect::<Vec<u8>>();
+    fs::write(folder.join(page.get_filename()), text)?;
     Ok(())
 }
 
@@ -106,6 +118,10 @@ mod tests {
                 .trim()
                 .to_owned()
         };
+        let title = visit.lines().find(|line| line.starts_with(".TH"));
+        let foot = format!("\"patrold {}\"", env!("CARGO_PKG_VERSION"));
+        assert!(title.is_some_and(|line| line.contains(&foot)), "{title:?}");
+        assert!(visit.starts_with(".ad l\n"), "not stretched");
         assert!(!section("NAME").contains("  "), "{:?}", section("NAME"));
         let synopsis = section("SYNOPSIS").replace('\\', "");
         assert!(
