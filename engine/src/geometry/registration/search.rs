@@ -10,11 +10,11 @@ use rayon::prelude::*;
 
 /// What the search found; poses map current to reference coordinates.
 pub(super) struct FoundPoses {
-    /// The one that explains the view best.
+    /// The one chosen.
     pub(super) pose: Pose,
     /// Where its way began.
     pub(super) from: Pose,
-    /// Another that is not surely worse, if there is one.
+    /// Another that explains the view as well, if there is one.
     pub(super) rival: Option<Pose>,
 }
 
@@ -34,7 +34,7 @@ impl Candidate {
     /// By how many standard deviations it explains the view better than `other`, counted by direction or by cells, whichever is
     /// more.
     fn lead(&self, other: &Self, view: &Witnesses) -> f64 {
-        let lead = |own: &[f64], other: &[f64], shares: &[f64]| {
+        let of = |own: &[f64], other: &[f64], shares: &[f64]| {
             let differences = || own.iter().zip(other).map(|(a, b)| a - b);
             let mean: f64 = differences().sum();
             // Blocks differ by their share of it, and scatter about that.
@@ -47,11 +47,8 @@ impl Candidate {
             }
         };
         let (own, other, shares) = (&self.blocks, &other.blocks, &view.block_shares);
-        lead(&own.by_direction, &other.by_direction, &shares.by_direction).max(lead(
-            &own.mean,
-            &other.mean,
-            &shares.mean,
-        ))
+        let by_direction = of(&own.by_direction, &other.by_direction, &shares.by_direction);
+        by_direction.max(of(&own.mean, &other.mean, &shares.mean))
     }
 }
 
@@ -60,96 +57,136 @@ impl Candidate {
 /// waypoint.
 pub(super) fn search(
     matcher: &Matcher<'_>,
-    few: &Witnesses,
+    view: &Witnesses,
     start: Pose,
     origin: &Point3<f64>,
     gate_m: f64,
     settings: &RegistrationSettings,
 ) -> FoundPoses {
-    let judged = |from: Pose, pose: Pose, find: FindPatch| {
-        let transform = DriftTransform::to_reference(pose, RangeDrift::default(), *origin);
-        let blocks = few.block_agreements(|p| matcher.agrees(&transform.apply(p), gate_m, find));
-        Candidate { pose, from, blocks }
-    };
-    // In parallel, compared in the order of the starts: the result never depends on threads.
-    let anneal = |starts: &[(Pose, f64)]| -> Vec<Candidate> {
-        starts
-            .par_iter()
-            .map(|(from, first_gate_m)| {
-                let gates = [*first_gate_m, gate_m];
-                let pose = matcher.anneal(&few.points, *from, origin, gates, settings);
-                judged(*from, pose, PlaneIndex::find_approximate)
-            })
-            .collect()
+    let search = Search {
+        matcher,
+        view,
+        start,
+        origin,
+        gate_m,
+        settings,
     };
     let near: Vec<(Pose, f64)> = settings
         .start_gates_m
         .iter()
         .map(|gate_m| (start, *gate_m))
         .collect();
-    let mut found = vec![judged(start, start, PlaneIndex::find_approximate)];
-    found.extend(anneal(&near));
-    let way = |a: &Candidate, b: &Candidate| matcher.motion(&a.pose, &b.pose).norm();
+    let mut found = vec![search.judge(start, start, PlaneIndex::find_approximate)];
+    found.extend(search.anneal(&near));
     let is_sure = |c: &Candidate| c.agreement() >= settings.sure_agreement;
     if !found.iter().any(is_sure) {
-        found.extend(anneal(&starts_around(&start, origin, settings)));
+        found.extend(search.anneal(&starts_around(&start, origin, settings)));
     }
-    let mut left = contenders(found, gate_m, few, way);
+    let mut left = search.contenders(found);
     if left.len() > 1 {
         // Where its way ended early, or on planes found roughly, a pose looks worse than it is.
         let refined = left.par_iter().map(|c| {
-            let (pose, _) = matcher.refine(&few.points, c.pose, origin, gate_m, settings);
-            judged(c.from, pose, PlaneIndex::find_exact)
+            let (pose, _) = matcher.refine(&view.points, c.pose, origin, gate_m, settings);
+            search.judge(c.from, pose, PlaneIndex::find_exact)
         });
-        left = contenders(refined.collect(), gate_m, few, way);
+        left = search.contenders(refined.collect());
     }
-    // A pose is no rival of the best if one half-way explains the view as well: nothing fixes the way between them.
-    let joined = |c: &Candidate| {
-        left.len() == 1
-            || left.first().is_none_or(|best| {
-                let half = matcher.motion(&best.pose, &c.pose) * 0.5;
-                let between = matcher.moved(&best.pose, &half);
-                let between = judged(best.from, between, PlaneIndex::find_exact);
-                best.lead(&between, few) <= SURE_LEAD_SIGMAS
-            })
-    };
-    // Among these, how well the view is explained against how far off the robot would have stopped.
-    let cost = |c: &Candidate| {
-        let way = matcher.motion(&start, &c.pose);
-        let shift = way.fixed_rows::<3>(0).norm() / settings.prior_sd_m;
-        let turn = way.fixed_rows::<3>(3).norm() / settings.prior_sd_rad;
-        let lead = left.first().map_or(0.0, |best| best.lead(c, few));
-        lead * lead + shift * shift + turn * turn
-    };
-    let (same, rivals): (Vec<&Candidate>, Vec<&Candidate>) = left.iter().partition(|c| joined(c));
-    let chosen = same.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
-    let (pose, from) = chosen.map_or((start, start), |c| (c.pose, c.from));
-    FoundPoses {
-        pose,
-        from,
-        rival: rivals.first().map(|c| c.pose),
-    }
+    search.choose(&left)
 }
 
-/// The best, and after it others that lie at least `apart_m` from it and from one another, none of them surely worse.
-fn contenders(
-    mut found: Vec<Candidate>,
-    apart_m: f64,
-    view: &Witnesses,
-    way: impl Fn(&Candidate, &Candidate) -> f64,
-) -> Vec<Candidate> {
-    found.sort_by(|a, b| b.agreement().total_cmp(&a.agreement()));
-    let mut kept: Vec<Candidate> = Vec::new();
-    for candidate in found {
-        let is_other = kept.iter().all(|k| way(k, &candidate) >= apart_m);
-        let is_worse = kept
-            .first()
-            .is_some_and(|best| best.lead(&candidate, view) > SURE_LEAD_SIGMAS);
-        if is_other && !is_worse && kept.len() < MAX_CONTENDERS {
-            kept.push(candidate);
+/// What a search works with.
+struct Search<'a> {
+    matcher: &'a Matcher<'a>,
+    view: &'a Witnesses,
+    start: Pose,
+    origin: &'a Point3<f64>,
+    gate_m: f64,
+    settings: &'a RegistrationSettings,
+}
+
+impl Search<'_> {
+    fn judge(&self, from: Pose, pose: Pose, find: FindPatch) -> Candidate {
+        let transform = DriftTransform::to_reference(pose, RangeDrift::default(), *self.origin);
+        let agrees = |p: &Point3<f64>| self.matcher.agrees(&transform.apply(p), self.gate_m, find);
+        Candidate {
+            pose,
+            from,
+            blocks: self.view.block_agreements(agrees),
         }
     }
-    kept
+
+    /// Where each start leads with its first gate. In parallel, in the order of the starts: the result never depends on threads.
+    fn anneal(&self, starts: &[(Pose, f64)]) -> Vec<Candidate> {
+        starts
+            .par_iter()
+            .map(|(from, first_gate_m)| {
+                let gates = [*first_gate_m, self.gate_m];
+                let points = &self.view.points;
+                let pose = self
+                    .matcher
+                    .anneal(points, *from, self.origin, gates, self.settings);
+                self.judge(*from, pose, PlaneIndex::find_approximate)
+            })
+            .collect()
+    }
+
+    /// The best, and after it others that lie apart from it and from one another, none of them surely worse.
+    fn contenders(&self, mut found: Vec<Candidate>) -> Vec<Candidate> {
+        found.sort_by(|a, b| b.agreement().total_cmp(&a.agreement()));
+        let mut kept: Vec<Candidate> = Vec::new();
+        for candidate in found {
+            let apart =
+                |k: &Candidate| self.matcher.motion(&k.pose, &candidate.pose).norm() >= self.gate_m;
+            let is_worse = kept
+                .first()
+                .is_some_and(|best| best.lead(&candidate, self.view) > SURE_LEAD_SIGMAS);
+            if kept.iter().all(apart) && !is_worse && kept.len() < MAX_CONTENDERS {
+                kept.push(candidate);
+            }
+        }
+        kept
+    }
+
+    /// The pose among `contenders`, the best of which comes first. Those that are joined with it explain the view as it does:
+    /// how well they do counts against how far off the robot would have stopped. The others are rivals.
+    fn choose(&self, contenders: &[Candidate]) -> FoundPoses {
+        let Some((best, others)) = contenders.split_first() else {
+            return FoundPoses {
+                pose: self.start,
+                from: self.start,
+                rival: None,
+            };
+        };
+        let (joined, rivals): (Vec<&Candidate>, Vec<&Candidate>) = others
+            .iter()
+            .partition(|other| self.are_joined(best, other));
+        let cost = |c: &Candidate| {
+            let motion = self.matcher.motion(&self.start, &c.pose);
+            let shift = motion.fixed_rows::<3>(0).norm() / self.settings.prior_sd_m;
+            let turn = motion.fixed_rows::<3>(3).norm() / self.settings.prior_sd_rad;
+            best.lead(c, self.view).powi(2) + shift * shift + turn * turn
+        };
+        let chosen = joined.into_iter().fold(best, |least, other| {
+            if cost(other) < cost(least) {
+                other
+            } else {
+                least
+            }
+        });
+        FoundPoses {
+            pose: chosen.pose,
+            from: chosen.from,
+            rival: rivals.first().map(|c| c.pose),
+        }
+    }
+
+    /// Whether the pose half-way between two explains the view as well as the first: then nothing fixes the way between them.
+    fn are_joined(&self, best: &Candidate, other: &Candidate) -> bool {
+        let half = self.matcher.motion(&best.pose, &other.pose) * 0.5;
+        let between = self.matcher.moved(&best.pose, &half);
+        let between = self.judge(best.from, between, PlaneIndex::find_exact);
+        best.lead(&between, self.view) <= SURE_LEAD_SIGMAS
+    }
 }
 
 /// Starts turned and moved away from `start`, each with its first gate.
