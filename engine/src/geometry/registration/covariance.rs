@@ -2,7 +2,7 @@
 
 use super::normal_equations::{Matrix8, NormalEquations, Vector8};
 use super::settings::RegistrationSettings;
-use crate::geometry::constants::MIN_NOISE_M2;
+use crate::geometry::constants::{CORRELATED_POINTS, MIN_NOISE_M2};
 use nalgebra::{Matrix6, Vector3};
 
 /// Covariance of the pose (translation, rotation vector) from the `blocks` of a view, whose cells err together. Along directions
@@ -39,7 +39,7 @@ pub(super) fn covariance(
         }
         // Takes out the part along directions that are not fixed, in the pose's own coordinates.
         let keep = back.transpose() * fixed * basis.transpose();
-        let mut errors = all.full() * own_m2;
+        let mut errors = all.full() * (own_m2 * CORRELATED_POINTS);
         for block in blocks {
             errors += block.derivatives * block.derivatives.transpose() * common_m2;
         }
