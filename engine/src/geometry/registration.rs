@@ -108,11 +108,11 @@ pub(crate) fn register(
     let found = search(&matcher, &few, start, current_origin, gate_m, settings);
     let many_points = &many.points;
     let (pose, drift) = matcher.refine(many_points, found.pose, current_origin, gate_m, settings);
-    // The pose may have drifted along unobservable directions: there the start is better.
+    // The pose may have drifted along unobservable directions: there the guess is better.
     let transform = DriftTransform::to_reference(pose, drift, *current_origin);
     let unobserved = matcher
         .normal_equations(many_points, &transform, gate_m, exact)
-        .unobservable_part(&matcher.motion(&found.from, &pose), settings);
+        .unobservable_part(&matcher.motion(&start, &pose), settings);
     let (pose, drift) = if unobserved.norm() < SMALL_STEP {
         (pose, drift)
     } else {

@@ -12,8 +12,6 @@ use rayon::prelude::*;
 pub(super) struct FoundPoses {
     /// The one chosen.
     pub(super) pose: Pose,
-    /// Where its way began.
-    pub(super) from: Pose,
     /// Another that explains the view as well, if there is one.
     pub(super) rival: Option<Pose>,
 }
@@ -21,7 +19,6 @@ pub(super) struct FoundPoses {
 /// A pose, and how well it explains the view.
 struct Candidate {
     pose: Pose,
-    from: Pose,
     /// Agreement of each block of the view.
     blocks: BlockAgreements,
 }
@@ -76,7 +73,7 @@ pub(super) fn search(
         .iter()
         .map(|gate_m| (start, *gate_m))
         .collect();
-    let mut found = vec![search.judge(start, start, PlaneIndex::find_approximate)];
+    let mut found = vec![search.judge(start, PlaneIndex::find_approximate)];
     found.extend(search.anneal(&near));
     let is_sure = |c: &Candidate| c.agreement() >= settings.sure_agreement;
     if !found.iter().any(is_sure) {
@@ -87,7 +84,7 @@ pub(super) fn search(
         // Where its way ended early, or on planes found roughly, a pose looks worse than it is.
         let refined = left.par_iter().map(|c| {
             let (pose, _) = matcher.refine(&view.points, c.pose, origin, gate_m, settings);
-            search.judge(c.from, pose, PlaneIndex::find_exact)
+            search.judge(pose, PlaneIndex::find_exact)
         });
         left = search.contenders(refined.collect());
     }
@@ -105,12 +102,11 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn judge(&self, from: Pose, pose: Pose, find: FindPatch) -> Candidate {
+    fn judge(&self, pose: Pose, find: FindPatch) -> Candidate {
         let transform = DriftTransform::to_reference(pose, RangeDrift::default(), *self.origin);
         let agrees = |p: &Point3<f64>| self.matcher.agrees(&transform.apply(p), self.gate_m, find);
         Candidate {
             pose,
-            from,
             blocks: self.view.block_agreements(agrees),
         }
     }
@@ -125,7 +121,7 @@ impl Search<'_> {
                 let pose = self
                     .matcher
                     .anneal(points, *from, self.origin, gates, self.settings);
-                self.judge(*from, pose, PlaneIndex::find_approximate)
+                self.judge(pose, PlaneIndex::find_approximate)
             })
             .collect()
     }
@@ -153,7 +149,6 @@ impl Search<'_> {
         let Some((best, others)) = contenders.split_first() else {
             return FoundPoses {
                 pose: self.start,
-                from: self.start,
                 rival: None,
             };
         };
@@ -175,7 +170,6 @@ impl Search<'_> {
         });
         FoundPoses {
             pose: chosen.pose,
-            from: chosen.from,
             rival: rivals.first().map(|c| c.pose),
         }
     }
@@ -197,7 +191,7 @@ impl Search<'_> {
     fn are_joined(&self, best: &Candidate, other: &Candidate) -> bool {
         let half = self.matcher.motion(&best.pose, &other.pose) * 0.5;
         let between = self.matcher.moved(&best.pose, &half);
-        let between = self.judge(best.from, between, PlaneIndex::find_exact);
+        let between = self.judge(between, PlaneIndex::find_exact);
         best.lead(&between, self.view) <= SURE_LEAD_SIGMAS
     }
 }
