@@ -86,7 +86,8 @@ impl Registration {
 
 /// Finds the pose between two views from their surfaces, and the drift of the ranges since the reference's visit.
 /// `origins` are the sensors of reference and current view: what a robot turns about, however far from it its frame begins;
-/// `gate_m` is the distance within which surfaces count as the same in the end (some three sigmas of the noise); `guess` maps reference to current coordinates.
+/// `gate_m` is the distance within which surfaces count as the same in the end (some three sigmas of the noise); `guess` maps
+/// reference to current coordinates.
 pub(crate) fn register(
     reference: &PlaneIndex,
     current: &Surfaces,
@@ -121,7 +122,7 @@ pub(crate) fn register(
     };
     let refined = DriftTransform::to_reference(pose, drift, *current_origin);
     let normal = matcher.normal_equations(many_points, &refined, gate_m, exact);
-    let blocks = matcher.block_equations(&many, &refined, gate_m);
+    let blocks = matcher.blocks(&many, &refined, gate_m);
     let way = pose * current_origin - reference_origin;
     let (last_step, _) = normal.step(Some(&drift), settings, gate_m);
     let agreement = many.agreement(|p| matcher.agrees(&refined.apply(p), gate_m, exact));
@@ -181,6 +182,22 @@ mod tests {
         Surfaces::fit(points, &Point3::origin(), 0.02, 0.0, 0.08)
     }
 
+    /// `current` was seen from where `truth` moves the reference's sensor.
+    fn registered(
+        reference: &[Point3<f64>],
+        current: &[Point3<f64>],
+        truth: &Pose,
+    ) -> super::Registration {
+        register(
+            &plane_index(reference),
+            &surfaces(current),
+            [&Point3::origin(), &(truth * Point3::origin())],
+            &Pose::identity(),
+            0.03,
+            &RegistrationSettings::default(),
+        )
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(12))]
         #[test]
@@ -191,11 +208,7 @@ mod tests {
                 .with_translation([x, y, 0.02]);
             let reference = room();
             let current: Vec<_> = reference.iter().map(|p| truth * p).collect();
-            let found = register(
-                &plane_index(&reference), &surfaces(&current), [&Point3::origin(), &(truth * Point3::origin())],
-                &Pose::identity(), 0.03,
-                &RegistrationSettings::default(),
-            );
+            let found = registered(&reference, &current, &truth);
             let off = found.current_from_reference * truth.inverse();
             prop_assert!(found.converged);
             prop_assert!(found.unobservable.is_empty(), "{:?}", found.unobservable);
@@ -255,14 +268,7 @@ mod tests {
                     origin + v * (1.0 + longer.0 / v.norm() + longer.1)
                 })
                 .collect();
-            let found = register(
-                &plane_index(&reference),
-                &surfaces(&current),
-                [&Point3::origin(), &origin],
-                &Pose::identity(),
-                0.03,
-                &RegistrationSettings::default(),
-            );
+            let found = registered(&reference, &current, &truth);
             let off = found.current_from_reference * truth.inverse();
             assert!(
                 off.translation.vector.norm() < 0.01 && off.rotation.angle() < 0.002,
@@ -283,15 +289,7 @@ mod tests {
             .into_iter()
             .filter(|p| p.x > -1.9 && p.x < 2.9 && p.y != 1.5)
             .collect();
-        let s = surfaces(&corridor);
-        let found = register(
-            &PlaneIndex::new(&s),
-            &s,
-            [&Point3::origin(); 2],
-            &Pose::identity(),
-            0.03,
-            &RegistrationSettings::default(),
-        );
+        let found = registered(&corridor, &corridor, &Pose::identity());
         assert!(found.current_from_reference.translation.vector.norm() < 2e-3);
         assert_eq!(found.unobservable.len(), 1, "{:?}", found.unobservable);
     }
@@ -314,21 +312,6 @@ mod tests {
             }
         }
         points
-    }
-
-    fn registered(
-        reference: &[Point3<f64>],
-        current: &[Point3<f64>],
-        truth: &Pose,
-    ) -> super::Registration {
-        register(
-            &plane_index(reference),
-            &surfaces(current),
-            [&Point3::origin(), &(truth * Point3::origin())],
-            &Pose::identity(),
-            0.03,
-            &RegistrationSettings::default(),
-        )
     }
 
     fn moved(x: f64, y: f64, yaw_deg: f64) -> Pose {

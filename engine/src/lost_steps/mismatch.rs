@@ -6,7 +6,7 @@
 use super::constants::{
     MIN_BEND_RAD, MIN_BEND_SHIFT_M, OTHER_PLACE_AGREEMENT, OTHER_PLACE_OVERLAP,
 };
-use crate::novelty::{Detection, Reference};
+use crate::novelty::{Detection, Reference, unmatched_reason};
 use crate::sweep::Sweep;
 
 /// How far a whole view lies turned against its reference about the axes of the head, radians.
@@ -60,10 +60,9 @@ pub fn find_mismatch(
     max_tilt_rad: f64,
 ) -> Option<Mismatch> {
     let registration = &detection.registration;
-    if !registration.converged {
+    if let Some(reason) = unmatched_reason(registration) {
         return Some(Mismatch::Unregistered(format!(
-            "the place does not fit at the head's angles: {:.0} % of the flat surfaces agree",
-            100.0 * registration.agreement
+            "the place does not fit at the head's angles: {reason}"
         )));
     }
     if let Some(bend) = super::bend::find(&reference.planes, sweep, registration) {

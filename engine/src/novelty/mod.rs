@@ -59,3 +59,4 @@ pub use settings::{
     EvidenceSettings, EvidenceSource, NoveltySettings, QuantifySettings, RevisitModel,
     SegmentSettings, VerdictSettings,
 };
+pub(crate) use verdict::unmatched_reason;

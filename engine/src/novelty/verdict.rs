@@ -86,6 +86,27 @@ fn absorbing_reason(things: &[AbsorbingThing]) -> Option<String> {
     ))
 }
 
+/// Why a registration did not converge, if so.
+pub(crate) fn unmatched_reason(registration: &Registration) -> Option<String> {
+    if registration.converged {
+        return None;
+    }
+    let Some(rival) = &registration.rival else {
+        return Some(format!(
+            "the views do not match: {:.0} % of the flat surfaces agree, {:.0} % where every direction counts alike",
+            // A sum of nothing is negative zero.
+            100.0 * registration.agreement + 0.0,
+            100.0 * registration.agreement_by_direction + 0.0
+        ));
+    };
+    let between = rival.inverse() * registration.current_from_reference;
+    Some(format!(
+        "the views match at two poses, {:.2} m and {:.1} deg apart",
+        between.translation.vector.norm(),
+        between.rotation.angle().to_degrees()
+    ))
+}
+
 /// Why no answer is possible, if so.
 fn not_observed_reason(findings: &Findings<'_>, settings: &VerdictSettings) -> Option<String> {
     let registration = findings.registration;
@@ -105,21 +126,8 @@ fn not_observed_reason(findings: &Findings<'_>, settings: &VerdictSettings) -> O
     if let Some((name, value)) = values.into_iter().find(|(_, value)| !value.is_finite()) {
         return Some(format!("{name} is {value}"));
     }
-    if let Some(rival) = &registration.rival {
-        let between = rival.inverse() * pose;
-        return Some(format!(
-            "the views match at two poses, {:.2} m and {:.1} deg apart",
-            between.translation.vector.norm(),
-            between.rotation.angle().to_degrees()
-        ));
-    }
-    if !registration.converged {
-        return Some(format!(
-            "the views do not match: {:.0} % of the flat surfaces agree, {:.0} % where every direction counts alike",
-            // A sum of nothing is negative zero.
-            100.0 * registration.agreement + 0.0,
-            100.0 * registration.agreement_by_direction + 0.0
-        ));
+    if let Some(reason) = unmatched_reason(registration) {
+        return Some(reason);
     }
     let shift_m = pose.translation.vector.norm();
     let rotation_rad = pose.rotation.angle();
@@ -271,6 +279,15 @@ mod tests {
         let (verdict, reason) = gate(|r, _, _| r.converged = false);
         assert_eq!(verdict, Verdict::NotObserved);
         assert!(reason.contains("do not match"), "{reason}");
+        let (verdict, reason) = gate(|r, _, _| {
+            r.converged = false;
+            r.rival = Some(nalgebra::Isometry3::translation(0.3, 0.0, 0.4));
+        });
+        assert_eq!(verdict, Verdict::NotObserved);
+        assert_eq!(
+            reason,
+            "the views match at two poses, 0.50 m and 0.0 deg apart"
+        );
     }
 
     #[test]

@@ -45,6 +45,8 @@ pub struct RateRow {
     pub turn_error_deg: [Option<f64>; 2],
     /// Pairs whose pose lies within the covariance that the registration states, at 95 %.
     pub pose_within: Rate,
+    /// Least and lower quartile of the share of the surface that agrees, where every direction counts alike.
+    pub share_by_direction: [Option<f64>; 2],
     /// Pairs with an unobservable direction in the registration.
     pub unobservable: usize,
     /// Median time from the current view to the verdict, milliseconds; meaningful with one thread only.
@@ -155,6 +157,8 @@ fn row(group: &'static str, of: String, chosen: &[&PairScore]) -> Option<RateRow
         shift_error_m: median_and_95(&|s| s.shift_error_m),
         turn_error_deg: median_and_95(&|s| s.turn_error_deg),
         pose_within: rate(&|s| s.pose_chi2 <= POSE_CHI2_95),
+        share_by_direction: [0.0, 0.25]
+            .map(|share| quantile(chosen.iter().map(|s| s.share_by_direction), share)),
         unobservable: chosen.iter().filter(|s| !s.unobservable.is_empty()).count(),
         verdict_ms: median(chosen.iter().map(|s| s.verdict_ms)),
         stored_bytes: [0, 1].map(|part| {

@@ -82,6 +82,8 @@ pub struct PairScore {
     pub unobservable: Vec<String>,
     /// Share of the surface that the registration explains.
     pub share: f64,
+    /// The same where every direction that the surfaces fix counts alike.
+    pub share_by_direction: f64,
     /// Noise between the views over the noise of each.
     pub disagreement: f64,
     /// From the current view to the verdict, milliseconds.
@@ -204,6 +206,7 @@ pub fn score(
         pose_chi2: pose_chi2(&pair.current_from_reference, &detection.registration),
         unobservable: detection.registration.unobservable.clone(),
         share: detection.registration.agreement,
+        share_by_direction: detection.registration.agreement_by_direction,
         disagreement: detection.disagreement,
         verdict_ms: answer.answer_ms,
         stored_bytes: answer.stored_bytes,

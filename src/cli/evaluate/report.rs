@@ -126,6 +126,7 @@ fn rate_table(rows: &[RateRow], timed: bool) -> String {
         "shift p50/p95 cm",
         "turn p50/p95 deg",
         "within",
+        "agrees min/p25",
         "unobs.",
         "kB mixture / view",
     ]);
@@ -155,6 +156,7 @@ fn rate_table(rows: &[RateRow], timed: bool) -> String {
             pair(row.shift_error_m, 100.0),
             pair(row.turn_error_deg, 1.0),
             format!("{:.2}", row.pose_within.rate),
+            pair(row.share_by_direction, 1.0),
             row.unobservable.to_string(),
             row.stored_bytes
                 .map(|b| format!("{:.1}", b / 1e3))

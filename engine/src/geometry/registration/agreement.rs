@@ -1,10 +1,10 @@
 //! How well a view agrees with the reference, along each way in which it could move.
 
-use super::normal_equations::jacobian;
+use super::normal_equations::{MatchedPoint, NormalEquations, jacobian};
 use super::settings::RegistrationSettings;
-use crate::geometry::constants::{BLOCK_M, MIN_LEVER_M};
+use crate::geometry::constants::BLOCK_M;
 use crate::geometry::{SurfacePatch, Surfaces, voxel_downsample};
-use nalgebra::{Matrix6, Point3, Vector6};
+use nalgebra::{Matrix6, Point3, Vector3};
 
 /// Flat cells of a view, each with what it says about the directions in which the view can move. A floor says nothing about a
 /// way along it, however large it is.
@@ -54,26 +54,22 @@ impl Witnesses {
         let flat: Vec<&SurfacePatch> = surfaces.patches.iter().filter(|p| p.flat).collect();
         let step = flat.len().div_ceil(max_points.max(1)).max(1);
         let chosen = || flat.iter().step_by(step);
-        let n = chosen().count().max(1) as f64;
-        let lever2: f64 = chosen().map(|p| (p.mean - origin).norm_squared()).sum();
-        let lever_m = (lever2 / n).sqrt().max(MIN_LEVER_M);
-        let scale = Vector6::new(1.0, 1.0, 1.0, 1.0 / lever_m, 1.0 / lever_m, 1.0 / lever_m);
-        let ways =
-            || chosen().map(|p| jacobian(&p.normal, &(p.mean - origin)).component_mul(&scale));
-        let mut matrix = Matrix6::zeros();
-        for way in ways() {
-            matrix.syger(1.0 / n, &way, &way, 1.0);
+        let mut equations = NormalEquations::new();
+        for patch in chosen() {
+            equations.add(&on_itself(patch, origin), f64::INFINITY);
         }
-        let eigen = matrix.symmetric_eigen();
-        // What is left of a way along directions that are fixed, in units of what the surfaces say about each.
+        let (eigen, scale) = equations.eigenpairs();
+        // Takes a derivative to what it says of each fixed direction, in units of what all cells say of it.
         let whitened = Matrix6::from_fn(|row, column| {
             let value = eigen.eigenvalues[row];
             match value >= settings.min_observability {
-                true => eigen.eigenvectors[(column, row)] / (n * value).sqrt(),
+                true => scale[column] * eigen.eigenvectors[(column, row)] / value.sqrt(),
                 false => 0.0,
             }
         });
-        let mut shares: Vec<f64> = ways().map(|way| (whitened * way).norm_squared()).collect();
+        let part =
+            |p: &&SurfacePatch| (whitened * jacobian(&p.normal, &(p.mean - origin))).norm_squared();
+        let mut shares: Vec<f64> = chosen().map(part).collect();
         let total = shares.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         shares.iter_mut().for_each(|share| *share /= total);
         let points: Vec<Point3<f64>> = chosen().map(|p| p.mean).collect();
@@ -107,5 +103,16 @@ impl Witnesses {
             mean: blocks.mean.iter().sum(),
             by_direction: blocks.by_direction.iter().sum(),
         }
+    }
+}
+
+/// A cell that lies on its own plane.
+fn on_itself(patch: &SurfacePatch, origin: &Point3<f64>) -> MatchedPoint {
+    MatchedPoint {
+        lever: patch.mean - origin,
+        ray: Vector3::zeros(),
+        range_m: 0.0,
+        height_m: 0.0,
+        normal: patch.normal,
     }
 }

@@ -1,20 +1,47 @@
 //! How well a pose is known.
 
-use super::normal_equations::{Matrix8, NormalEquations, Vector8};
+use super::normal_equations::{MatchedPoint, Matrix8, NormalEquations, Vector8};
 use super::settings::RegistrationSettings;
 use crate::geometry::constants::{CORRELATED_POINTS, MIN_NOISE_M2};
 use nalgebra::{Matrix6, Vector3};
 
-/// Covariance of the pose (translation, rotation vector) from the `blocks` of a view, whose cells err together. Along directions
+/// The matches of one block, whose cells err together.
+pub(super) struct Block {
+    equations: NormalEquations,
+    /// Weighted sum of the derivatives.
+    derivatives: Vector8,
+    /// Weighted sum of the heights, metres.
+    heights: f64,
+}
+
+impl Block {
+    pub(super) fn new() -> Self {
+        Self {
+            equations: NormalEquations::new(),
+            derivatives: Vector8::zeros(),
+            heights: 0.0,
+        }
+    }
+
+    pub(super) fn add(&mut self, point: &MatchedPoint, gate_m: f64) {
+        let weight = point.weight(gate_m);
+        self.equations.add(point, gate_m);
+        self.derivatives += point.derivative() * weight;
+        self.heights += weight * point.height_m;
+    }
+}
+
+/// Covariance of the pose (translation, rotation vector) from the `blocks` of a view. Along directions
 /// that the surfaces do not fix no step was made: there the prior alone counts. `shift` is the way between the sensors, metres: an
 /// error of scale that both visits share changes it.
 pub(super) fn covariance(
-    blocks: &[NormalEquations],
+    blocks: &[Block],
     shift: &Vector3<f64>,
     settings: &RegistrationSettings,
 ) -> Matrix6<f64> {
     let all = blocks
         .iter()
+        .map(|block| &block.equations)
         .fold(NormalEquations::new(), NormalEquations::merged);
     let sd = [
         settings.prior_sd_m,
@@ -61,11 +88,13 @@ pub(super) fn covariance(
 
 /// Variances of the heights, square metres: of a cell by itself, and of what all cells of a block share (one-way analysis of
 /// variance with blocks as groups).
-fn error_variances(blocks: &[NormalEquations]) -> [f64; 2] {
-    let matched = || blocks.iter().filter(|b| b.weight > 0.0);
-    let (count, cells) = matched().fold((0.0, 0.0), |(n, w), b| (n + 1.0, w + b.weight));
-    let between: f64 = matched().map(|b| b.heights.powi(2) / b.weight).sum();
-    let total: f64 = matched().map(|b| b.residual2).sum();
+fn error_variances(blocks: &[Block]) -> [f64; 2] {
+    let matched = || blocks.iter().filter(|b| b.equations.weight > 0.0);
+    let (count, cells) = matched().fold((0.0, 0.0), |(n, w), b| (n + 1.0, w + b.equations.weight));
+    let between: f64 = matched()
+        .map(|b| b.heights.powi(2) / b.equations.weight)
+        .sum();
+    let total: f64 = matched().map(|b| b.equations.residual2).sum();
     let own_m2 = ((total - between) / (cells - count).max(1.0)).max(MIN_NOISE_M2);
     // The eight unknowns take as many differences between blocks out of the heights.
     let lost = count / (count - 8.0).max(1.0);

@@ -1,6 +1,7 @@
 //! Lays points of the current view on the planes of the reference.
 
 use super::agreement::Witnesses;
+use super::covariance::Block;
 use super::normal_equations::{MatchedPoint, NormalEquations};
 use super::settings::RegistrationSettings;
 use crate::geometry::constants::{POINTS_PER_TASK, SMALL_STEP};
@@ -116,16 +117,16 @@ impl Matcher<'_> {
             .fold(NormalEquations::new(), NormalEquations::merged)
     }
 
-    /// The normal equations of each block of a view, with planes found exactly.
-    pub(super) fn block_equations(
+    /// The matches of each block of a view, with planes found exactly.
+    pub(super) fn blocks(
         &self,
         view: &Witnesses,
         transform: &DriftTransform,
         gate_m: f64,
-    ) -> Vec<NormalEquations> {
+    ) -> Vec<Block> {
         let sensor = transform.pose * transform.origin();
-        let mut blocks: Vec<NormalEquations> = (0..view.block_shares.mean.len())
-            .map(|_| NormalEquations::new())
+        let mut blocks: Vec<Block> = (0..view.block_shares.mean.len())
+            .map(|_| Block::new())
             .collect();
         for (p, block) in view.points.iter().zip(&view.blocks) {
             let at = transform.apply(p);

@@ -23,14 +23,35 @@ pub(super) struct MatchedPoint {
     pub(super) normal: Vector3<f64>,
 }
 
+impl MatchedPoint {
+    /// Tukey's biweight: points a gate away have no weight.
+    #[inline]
+    pub(super) fn weight(&self, gate_m: f64) -> f64 {
+        (1.0 - (self.height_m / gate_m).powi(2)).powi(2)
+    }
+
+    /// Derivative of the height by the unknowns.
+    #[inline]
+    pub(super) fn derivative(&self) -> Vector8 {
+        let pose = jacobian(&self.normal, &self.lever);
+        let along = self.normal.dot(&self.ray);
+        Vector8::from([
+            pose[0],
+            pose[1],
+            pose[2],
+            pose[3],
+            pose[4],
+            pose[5],
+            along,
+            along * self.range_m,
+        ])
+    }
+}
+
 /// Weighted sums over matched points.
 pub(super) struct NormalEquations {
     matrix: Matrix8,
     vector: Vector8,
-    /// Weighted sum of the derivatives.
-    pub(super) derivatives: Vector8,
-    /// Weighted sum of the heights, metres.
-    pub(super) heights: f64,
     /// Sum of the weights.
     pub(super) weight: f64,
     /// Weighted sum of squared residuals, square metres.
@@ -44,8 +65,6 @@ impl NormalEquations {
         Self {
             matrix: Matrix8::zeros(),
             vector: Vector8::zeros(),
-            derivatives: Vector8::zeros(),
-            heights: 0.0,
             weight: 0.0,
             residual2: 0.0,
             lever2: 0.0,
@@ -55,21 +74,7 @@ impl NormalEquations {
     /// Adds a match.
     #[inline]
     pub(super) fn add(&mut self, point: &MatchedPoint, gate_m: f64) {
-        let e = point.height_m;
-        // Tukey's biweight: points a gate away have no weight.
-        let w = (1.0 - (e / gate_m).powi(2)).powi(2);
-        let pose = jacobian(&point.normal, &point.lever);
-        let along = point.normal.dot(&point.ray);
-        let j = Vector8::from([
-            pose[0],
-            pose[1],
-            pose[2],
-            pose[3],
-            pose[4],
-            pose[5],
-            along,
-            along * point.range_m,
-        ]);
+        let (e, w, j) = (point.height_m, point.weight(gate_m), point.derivative());
         // The lower triangle is enough until all is summed.
         for column in 0..8 {
             let scaled = w * j[column];
@@ -78,8 +83,6 @@ impl NormalEquations {
             }
         }
         self.vector -= j * (w * e);
-        self.derivatives += j * w;
-        self.heights += w * e;
         self.weight += w;
         self.residual2 += w * e * e;
         self.lever2 += w * point.lever.norm_squared();
@@ -88,8 +91,6 @@ impl NormalEquations {
     pub(super) fn merged(mut self, other: &Self) -> Self {
         self.matrix += other.matrix;
         self.vector += other.vector;
-        self.derivatives += other.derivatives;
-        self.heights += other.heights;
         self.weight += other.weight;
         self.residual2 += other.residual2;
         self.lever2 += other.lever2;
@@ -112,7 +113,7 @@ impl NormalEquations {
 
     /// Eigenpairs of the pose's mean normal matrix with rotations in metres at the lever arm, and the scale from there to
     /// radians.
-    fn eigenpairs(&self) -> (SymmetricEigen<f64, nalgebra::U6>, Vector6<f64>) {
+    pub(super) fn eigenpairs(&self) -> (SymmetricEigen<f64, nalgebra::U6>, Vector6<f64>) {
         let l = self.lever_m();
         let scale = Vector6::new(1.0, 1.0, 1.0, 1.0 / l, 1.0 / l, 1.0 / l);
         let s = Matrix6::from_diagonal(&scale);

@@ -152,9 +152,27 @@ impl Search<'_> {
                 rival: None,
             };
         };
+        if others.is_empty() {
+            return FoundPoses {
+                pose: best.pose,
+                rival: None,
+            };
+        }
+        let transform =
+            DriftTransform::to_reference(best.pose, RangeDrift::default(), *self.origin);
+        let (points, find): (_, FindPatch) = (&self.view.points, PlaneIndex::find_exact);
+        let normal = self
+            .matcher
+            .normal_equations(points, &transform, self.gate_m, find);
+        // Whether they differ along directions alone that the surfaces do not fix.
+        let is_open = |other: &Candidate| {
+            let motion = self.matcher.motion(&best.pose, &other.pose);
+            let fixed = motion - normal.unobservable_part(&motion, self.settings);
+            fixed.norm() < self.gate_m
+        };
         let (joined, rivals): (Vec<&Candidate>, Vec<&Candidate>) = others
             .iter()
-            .partition(|other| self.is_open(best, other) || self.are_joined(best, other));
+            .partition(|other| is_open(other) || self.are_joined(best, other));
         let cost = |c: &Candidate| {
             let motion = self.matcher.motion(&self.start, &c.pose);
             let shift = motion.fixed_rows::<3>(0).norm() / self.settings.prior_sd_m;
@@ -172,19 +190,6 @@ impl Search<'_> {
             pose: chosen.pose,
             rival: rivals.first().map(|c| c.pose),
         }
-    }
-
-    /// Whether two poses differ along directions alone that the surfaces do not fix.
-    fn is_open(&self, best: &Candidate, other: &Candidate) -> bool {
-        let transform =
-            DriftTransform::to_reference(best.pose, RangeDrift::default(), *self.origin);
-        let (points, find): (_, FindPatch) = (&self.view.points, PlaneIndex::find_exact);
-        let normal = self
-            .matcher
-            .normal_equations(points, &transform, self.gate_m, find);
-        let motion = self.matcher.motion(&best.pose, &other.pose);
-        let fixed = motion - normal.unobservable_part(&motion, self.settings);
-        fixed.norm() < self.gate_m
     }
 
     /// Whether the pose half-way between two explains the view as well as the first: then nothing fixes the way between them.
