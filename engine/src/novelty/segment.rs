@@ -1,10 +1,12 @@
 //! Segmentation of deviating points: seeds, growth, connection, and the gates of a listed novelty
 //! (`docs/novelty.md section 6`).
 
-use super::cut_parts::join_parts;
+mod cut_parts;
+
 use super::outline::Outline;
 use super::{Evidence, ObserverView, PreparedView, Segment, SegmentSettings};
 use crate::geometry::PointGrid;
+use cut_parts::join_parts;
 use nalgebra::{Point3, Vector3};
 
 /// Segments of the deviating points of `own` that pass the gates, largest support first. `evidence` is per point, from the

@@ -5,17 +5,19 @@
 //! is partly gone is split, in both mixtures as compared. Mass is the area of visible surface, so that it does not depend on
 //! how beams crowd.
 
+mod split_component;
+
 use super::common_surface::{VisibleSurface, WeightedCells, shared_areas};
 use super::compared_mixtures::ComparedMixtures;
 use super::compared_view::ComparedView;
 use super::model::SegmentId;
 use super::prediction::most_likely_components;
 use super::sampling::WeightEvidence;
-use super::split_component::split_component;
 use super::{NoveltyError, PreparedView, QuantifySettings, Reference};
 use crate::mixture::linalg::Eigen;
 use crate::mixture::{Gaussian, Mixture, split_until_flat};
 use nalgebra::{Matrix3, Point3, Vector3};
+use split_component::split_component;
 
 /// Gamma and Theta as compared, with the segment that each unpaired component belongs to.
 pub(super) struct ThetaFit {

@@ -6,7 +6,7 @@ use crate::geometry::constants::{CORRELATED_POINTS, MIN_NOISE_M2};
 use nalgebra::{Matrix6, Vector3};
 
 /// The matches of one block, whose cells err together.
-pub(super) struct Block {
+pub(super) struct MatchBlock {
     equations: NormalEquations,
     /// Weighted sum of the derivatives.
     derivatives: Vector8,
@@ -14,7 +14,7 @@ pub(super) struct Block {
     heights: f64,
 }
 
-impl Block {
+impl MatchBlock {
     pub(super) fn new() -> Self {
         Self {
             equations: NormalEquations::new(),
@@ -35,7 +35,7 @@ impl Block {
 /// that the surfaces do not fix no step was made: there the prior alone counts. `shift` is the way between the sensors, metres: an
 /// error of scale that both visits share changes it.
 pub(super) fn covariance(
-    blocks: &[Block],
+    blocks: &[MatchBlock],
     shift: &Vector3<f64>,
     settings: &RegistrationSettings,
 ) -> Matrix6<f64> {
@@ -88,7 +88,7 @@ pub(super) fn covariance(
 
 /// Variances of the heights, square metres: of a cell by itself, and of what all cells of a block share (one-way analysis of
 /// variance with blocks as groups).
-fn error_variances(blocks: &[Block]) -> [f64; 2] {
+fn error_variances(blocks: &[MatchBlock]) -> [f64; 2] {
     let matched = || blocks.iter().filter(|b| b.equations.weight > 0.0);
     let (count, cells) = matched().fold((0.0, 0.0), |(n, w), b| (n + 1.0, w + b.equations.weight));
     let between: f64 = matched()

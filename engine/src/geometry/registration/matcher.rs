@@ -1,7 +1,7 @@
 //! Lays points of the current view on the planes of the reference.
 
 use super::agreement::Witnesses;
-use super::covariance::Block;
+use super::covariance::MatchBlock;
 use super::normal_equations::{MatchedPoint, NormalEquations};
 use super::settings::RegistrationSettings;
 use crate::geometry::constants::{POINTS_PER_TASK, SMALL_STEP};
@@ -123,10 +123,10 @@ impl Matcher<'_> {
         view: &Witnesses,
         transform: &DriftTransform,
         gate_m: f64,
-    ) -> Vec<Block> {
+    ) -> Vec<MatchBlock> {
         let sensor = transform.pose * transform.origin();
-        let mut blocks: Vec<Block> = (0..view.block_shares.mean.len())
-            .map(|_| Block::new())
+        let mut blocks: Vec<MatchBlock> = (0..view.block_shares.mean.len())
+            .map(|_| MatchBlock::new())
             .collect();
         for (p, block) in view.points.iter().zip(&view.blocks) {
             let at = transform.apply(p);

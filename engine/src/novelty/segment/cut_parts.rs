@@ -1,8 +1,8 @@
 //! Parts of one thing that something in front cuts apart (`docs/novelty.md section 6`).
 
-use super::bounding_box::BoundingBox;
-use super::constants::ON_LINE_SIGMAS;
-use super::{PreparedView, Segment};
+use super::super::bounding_box::BoundingBox;
+use super::super::constants::ON_LINE_SIGMAS;
+use super::super::{PreparedView, Segment};
 use nalgebra::Point3;
 
 /// Joins each of `parts`, segments that do not pass by themselves, to the one of `segments` that it belongs to: the nearest

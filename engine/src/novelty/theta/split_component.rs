@@ -1,6 +1,6 @@
 //! Splits a Gaussian in two so that mass, mean and covariance of both together are its own.
 
-use super::constants::MAX_SPLIT_SHARE;
+use super::super::constants::MAX_SPLIT_SHARE;
 use crate::mixture::Gaussian;
 use crate::mixture::linalg::Eigen;
 use nalgebra::Vector3;
