@@ -46,3 +46,43 @@ impl Settings {
         .to_string()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::settings::Settings;
+    use patrold_engine::distance::GroundDistance;
+    use patrold_engine::inspect::Engine;
+    use patrold_engine::shape::MethodChoice;
+
+    #[test]
+    fn each_key_reaches_the_engine() {
+        let defaults = Settings::defaults().engine_settings(None);
+        let mut settings = Settings::defaults();
+        settings.novelty.engine = Engine::Paper;
+        settings.novelty.ground = GroundDistance::Euclid;
+        settings.novelty.max_range_m = Some(2.5);
+        settings.novelty.min_coverage = 0.8;
+        settings.novelty.u_th_m = 0.004;
+        settings.set_u_th("hall", 0.003);
+        let novelty = settings.engine_settings(None).novelty;
+        assert_ne!(novelty.evidence_source, defaults.novelty.evidence_source);
+        assert_eq!(novelty.quantify.ground, GroundDistance::Euclid);
+        assert_eq!(novelty.max_range_m, Some(2.5));
+        assert_eq!(novelty.verdict.min_coverage, 0.8);
+        assert_eq!(novelty.u_th_m, 0.004);
+        assert_eq!(settings.engine_settings(Some("hall")).novelty.u_th_m, 0.003);
+        assert_eq!(settings.engine_settings(Some("yard")).novelty.u_th_m, 0.004);
+        for (method, choice) in [
+            ("auto", MethodChoice::Auto),
+            ("covariance", MethodChoice::Covariance),
+            ("ransac", MethodChoice::Ransac),
+        ] {
+            method.clone_into(&mut settings.shape.method);
+            assert_eq!(
+                settings.engine_settings(None).shape.choice,
+                choice,
+                "{method}"
+            );
+        }
+    }
+}

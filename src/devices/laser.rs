@@ -208,10 +208,12 @@ mod tests {
     use super::{DeviceDriver, DriverOutput, LaserCommand, LaserDriver, laser_error};
     use crate::config::SettingOrigins;
     use crate::devices::error::Device;
+    use crate::devices::lockstep::rig::TestRig;
     use crate::devices::port_config::PortConfig;
+    use patrold_sim::emulator::EmulationOptions;
     use scip::{
-        LaserEvent, LaserLine, ParameterError, ReplyError, ScipCommand, ScipError, StatusMeaning,
-        StreamPlan, ValueCoding,
+        LaserEvent, LaserLine, ParameterError, ReplyError, ScipCommand, ScipDriver, ScipError,
+        ScipOptions, StatusMeaning, StreamPlan, ValueCoding,
     };
     use std::time::Duration;
 
@@ -247,12 +249,55 @@ mod tests {
     }
 
     #[test]
+    fn it_is_idle_once_everything_is_answered() {
+        let rig = TestRig::ready(EmulationOptions::seeded(1));
+        let identity = rig.laser_identity.expect("connected");
+        let mut laser = LaserDriver {
+            driver: ScipDriver::resumed(ScipOptions::default(), identity),
+            rejected: None,
+        };
+        assert!(laser.idle_state().is_some());
+        let backwards = StreamPlan {
+            first_step: 725,
+            last_step: 44,
+            cluster: 1,
+            interval: 0,
+            coding: ValueCoding::ThreeCharacter,
+            count: 0,
+        };
+        laser.command(LaserCommand::Stream(backwards), Duration::ZERO);
+        assert!(laser.idle_state().is_none(), "a refusal is to be answered");
+        assert!(laser.poll().is_some());
+        assert!(laser.idle_state().is_some());
+        laser.command(LaserCommand::ExchangeTime(1), Duration::ZERO);
+        assert!(laser.idle_state().is_none(), "it is asked");
+    }
+
+    #[test]
     fn it_is_stopped_by_its_answer_and_by_its_end() {
         assert!(LaserDriver::is_stopped(&LaserEvent::Stopped));
         let lost = ScipError::BitRateLost { wanted: 115_200 };
         assert!(LaserDriver::is_stopped(&LaserEvent::ConnectionFailed(lost)));
         for event in [LaserEvent::Streaming, LaserEvent::LostScans(1)] {
             assert!(!LaserDriver::is_stopped(&event), "{event:?}");
+        }
+    }
+
+    #[test]
+    fn a_rate_that_the_laser_kept_is_not_asked_for_again() {
+        let lost = ScipError::BitRateLost { wanted: 115_200 };
+        assert!(LaserDriver::keeps_bit_rate(&LaserEvent::ConnectionFailed(
+            lost
+        )));
+        assert!(LaserDriver::keeps_bit_rate(&LaserEvent::BitRateKept {
+            wanted: 115_200
+        }));
+        let stale = ScipError::StaleStamp {
+            stamp_ms: 1,
+            repeats: 3,
+        };
+        for event in [LaserEvent::Stopped, LaserEvent::ConnectionFailed(stale)] {
+            assert!(!LaserDriver::keeps_bit_rate(&event), "{event:?}");
         }
     }
 

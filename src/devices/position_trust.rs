@@ -235,7 +235,45 @@ mod tests {
         Connected, Contradicted, HomeDone, HomingStarted, PortLost, StationClosed,
     };
     use super::TrustState::{NotSeen, OutOfSight, Trusted, Untrusted};
-    use super::{HOMING_UNFINISHED, LIMITS_MOVED, NOT_HOMED, POWER_LOST, UNWATCHED};
+    use super::{
+        HOMING_UNFINISHED, LIMITS_MOVED, MAX_LIMIT_CHANGE_STEPS, NOT_HOMED, POWER_LOST,
+        PositionTrust, UNWATCHED,
+    };
+    use crate::devices::lockstep::rig::TestRig;
+    use patrold_sim::emulator::EmulationOptions;
+    use ptu::Axis;
+
+    #[test]
+    fn a_homing_counts_if_the_limits_are_where_they_were() {
+        let rig = TestRig::ready(EmulationOptions::seeded(1));
+        let found = rig.identity.expect("connected");
+        let change = MAX_LIMIT_CHANGE_STEPS as i32;
+        for (moved_steps, counts) in [(change, true), (change + 1, false)] {
+            for axis in [Axis::Pan, Axis::Tilt] {
+                let trust = PositionTrust::default();
+                trust.connected(&found, false);
+                for homings in 1..=2 {
+                    trust.home_done(Some(&found));
+                    assert_eq!((trust.homings(), trust.is_trusted()), (homings, true));
+                }
+                let mut unit = found.clone();
+                let moved = match axis {
+                    Axis::Pan => &mut unit.pan,
+                    Axis::Tilt => &mut unit.tilt,
+                };
+                moved.limits.max_steps += moved_steps;
+                trust.home_done(Some(&unit));
+                let now = (trust.homings(), trust.is_trusted());
+                assert_eq!(
+                    now,
+                    (2 + u64::from(counts), counts),
+                    "{axis:?} {moved_steps}"
+                );
+                trust.home_done(None);
+                assert_eq!(trust.homings(), 3 + u64::from(counts));
+            }
+        }
+    }
 
     /// The whole table: every state with every event, one row each.
     #[test]

@@ -55,6 +55,11 @@ fn counts_have_the_sign_and_the_zero_of_their_axis() {
         let (first, last) = (angle_rad(lines.first()), angle_rad(lines.last()));
         assert!((first + 0.25).abs() <= 0.51 * tilt_step, "{first}");
         assert!((0.3 - last).abs() < settings.sweep.step_rad, "{last}");
+        assert!((plan.line_pitch_rad - settings.sweep.step_rad).abs() < 1e-12);
+        for line in lines.windows(2) {
+            let apart_rad = f64::from((line[1] - line[0]).abs()) * tilt_step;
+            assert!((apart_rad - plan.line_pitch_rad).abs() <= tilt_step);
+        }
     }
 }
 
