@@ -8,6 +8,15 @@ use ptu::HeadIdentity;
 use scip::LaserParameters;
 
 fn plan(settings: &Settings, head: &HeadIdentity, pans_rad: &[f64]) -> SweepPlan {
+    plan_on_line(settings, head, pans_rad, None)
+}
+
+fn plan_on_line(
+    settings: &Settings,
+    head: &HeadIdentity,
+    pans_rad: &[f64],
+    line_bytes_s: Option<u32>,
+) -> SweepPlan {
     let mut request = SweepRequest::new(settings, None);
     request.pans_rad = pans_rad.to_vec();
     let head = HeadFacts {
@@ -17,7 +26,7 @@ fn plan(settings: &Settings, head: &HeadIdentity, pans_rad: &[f64]) -> SweepPlan
     };
     let laser = LaserFacts {
         parameters: LaserParameters::URG_04LX,
-        line_bytes_s: None,
+        line_bytes_s,
     };
     SweepPlan::new(&request, &head, laser).expect("within reach")
 }
@@ -80,4 +89,24 @@ fn what_a_calibration_found_is_carried_to_the_raw_sweep() {
         (plan.tilt_range_rad, plan.line_pitch_rad)
     );
     assert_eq!(raw.tilt_rad_per_step, plan.tilt_rad_per_step);
+}
+
+#[test]
+fn a_slow_line_takes_the_periods_that_the_tilt_can_be_slower() {
+    let head = head();
+    let slowest_rad_s = f64::from(head.tilt.speed_min) * head.tilt.step.radians();
+    for (mode, times_slowest, cluster_and_periods) in [
+        // At 19,200 bit/s; the values are those of the tests of `stream`.
+        (SweepMode::Continuous, 3.5, (4, 4)),
+        (SweepMode::Continuous, 5.5, (3, 5)),
+        (SweepMode::Continuous, 6.5, (2, 6)),
+        (SweepMode::Step, 3.5, (2, 6)),
+    ] {
+        let mut settings = Settings::defaults();
+        settings.sweep.mode = mode;
+        settings.sweep.speed_rad_s = times_slowest * slowest_rad_s;
+        let stream = plan_on_line(&settings, &head, &[0.0], Some(1920)).stream;
+        let planned = (stream.cluster, stream.interval + 1);
+        assert_eq!(planned, cluster_and_periods, "{mode:?} {times_slowest}");
+    }
 }
